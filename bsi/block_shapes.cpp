@@ -16,13 +16,13 @@ namespace {
 // Numbers of quads along the block's x, y and z axes.
 using Quads = std::array<int, 3>;
 
-// Numbers of quads of each patch along v (rows) and u (columns).
+// Size of a patch: numbers of quads along v (rows) and u (columns).
 struct Tile {
   int v = 0;
   int u = 0;
 };
 
-// Returns the label of a point of a face: twice its coordinates relative to the block's centre, in
+// Returns the label of a vertex of a face: twice its coordinates relative to the block's centre, in
 // quads. Faces are numbered +x, -x, +y, -y, +z, -z.
 Label block_point(int face, int row, int col, const Quads& quads) {
   const int normal = face / 2;
@@ -31,14 +31,14 @@ Label block_point(int face, int row, int col, const Quads& quads) {
   const int sign = face % 2 == 0 ? 1 : -1;
   Label point{};
   point[normal] = sign * quads[normal];
-  // (u, v, normal) is right-handed on every face, because u is reversed on the negative faces.
+  // u is reversed on the negative faces, so that (u, v, normal) is right-handed on every face.
   point[u] = sign * (2 * col - quads[u]);
   point[v] = 2 * row - quads[v];
   return point;
 }
 
-// Makes the six faces of a block, each split into patches of the size of `tile`. Precondition: the
-// sides of every face are multiples of the tile's.
+// Makes the six faces of a block, each split into patches of the size of `tile`. position(label) is
+// in m. Precondition: `tile` divides every face evenly.
 Surface make_block(const Quads& quads, const Tile& tile,
                    const std::function<Vec3(const Label&)>& position) {
   std::vector<Patch> patches;
@@ -59,14 +59,14 @@ Surface make_block(const Quads& quads, const Tile& tile,
   return make_sewn(patches, labels, position);
 }
 
-// Returns the largest square that tiles every face.
+// Returns the largest square patch that divides every face evenly.
 Tile square_tile(const Quads& quads) {
   const int side = std::gcd(std::gcd(quads[0], quads[1]), quads[2]);
   return {side, side};
 }
 
-// Projects a point of the surface of a cube, with `quads` quads per edge, on the unit sphere. Rows
-// and columns of a face lie in planes through the centre, at equal angles.
+// Projects a vertex of a cube, with `quads` quads per edge, onto the unit sphere. The images of
+// rows and columns lie in planes through the centre, at equal angles.
 Vec3 on_unit_sphere(const Label& point, int quads) {
   Vec3 direction;
   for (int axis = 0; axis < 3; ++axis) {
@@ -75,8 +75,9 @@ Vec3 on_unit_sphere(const Label& point, int quads) {
   return direction.normalized();
 }
 
-// Makes a sphere-like surface from a cube with `quads` quads per edge. Its vertices are projected
-// on the unit sphere, and position(unit vector), m, places each of them.
+// Makes a sphere-like surface from a cube with `quads` quads per edge. The vertices are projected
+// onto the unit sphere. position(p) returns the position (m) of the vertex at point p of that
+// sphere.
 template <typename Position>
 Surface make_cube_sphere(int quads, const Tile& tile, Position position) {
   return make_block({quads, quads, quads}, tile,
@@ -100,8 +101,8 @@ Surface make_blob(double radius, int n) {
   check_size("the blob's radius", radius);
   check_vertices(n);
   return make_cube_sphere(4 * (n - 1), {2 * (n - 1), n - 1}, [radius](const Vec3& p) -> Vec3 {
-    // The shape is star-shaped, so it cannot intersect itself, and asymmetric, so that every patch
-    // differs.
+    // The blob is star-shaped, so it cannot intersect itself. It is asymmetric, so no two patches
+    // are alike.
     const double height = 0.14 * std::sin(3 * p.x() + 1) * std::cos(2 * p.y()) +
                           0.10 * std::sin(5 * p.z() + 2 * p.x()) +
                           0.06 * std::cos(7 * p.y() - 3 * p.z());
@@ -118,7 +119,7 @@ Surface make_box(const Vec3& size, const std::array<int, 3>& vertices) {
   }
   return make_block(quads, square_tile(quads), [&](const Label& point) {
     Vec3 position;
-    // Multiplying by 0.5 is exact, so the corners lie at exactly half the size.
+    // Multiplication by 0.5 is exact, so corners lie at exactly half the size.
     for (int axis = 0; axis < 3; ++axis)
       position[axis] = size[axis] * (0.5 * point[axis] / quads[axis]);
     return position;
@@ -131,7 +132,8 @@ Surface make_capsule(double radius, double length, int rows, int n) {
   check_vertices(n);
   check_vertices(rows);
   const int straight = rows - 1;
-  // Each end is half of a cube of 2 (n - 1) quads per edge. The straight part lies between them.
+  // Each end of the block is half of a cube with 2 (n - 1) quads per edge. The straight part lies
+  // between the ends.
   const int cube = 2 * (n - 1);
   const Quads quads{cube, cube, cube + straight};
   return make_block(quads, square_tile(quads), [=](const Label& point) -> Vec3 {

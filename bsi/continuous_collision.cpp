@@ -10,18 +10,21 @@ namespace weft::bsi {
 namespace {
 
 constexpr int most_queries = 512;
-// Fractions of the starting gap. A path that is not safe to its end is cut where `left_part` of the
-// gap remains. The search for a proof gives up where `hopeless_part` remains.
+// A path that is not proved safe is cut where the gap has fallen to this fraction of the starting
+// gap.
 constexpr double left_part = 0.1;
+// The search for a proof stops where the gap has fallen to this fraction of the starting gap.
 constexpr double hopeless_part = 0.01;
-// Each advance stops where the projected gap has shrunk to this fraction of the present gap.
+// Each advance along the path stops where the projected gap has fallen to this fraction of the gap
+// at the start of the advance.
 constexpr double aimed_part = 0.05;
-// Bound on the rounding error of a projected gap, as a fraction of the size of the pair. The gap is
-// a sum of a dozen terms, none larger than that size.
+// Upper bound of the rounding error of a projected gap, as a fraction of `size` in
+// relative_motion(). The gap is a sum of a dozen terms, none larger than `size`.
 constexpr double rounding_part = 16 * std::numeric_limits<double>::epsilon();
 
-// The pair in the frame of its first point, which rests at the origin. Motion common to all points
-// then costs neither accuracy nor advances.
+// The pair of features in the frame of its first point, which rests at the origin. Motion common to
+// all points then costs neither accuracy nor queries. `rounding` (m) bounds the rounding error of a
+// gap.
 struct Motion {
   std::array<Vec3, 4> position;
   std::array<Vec3, 4> displacement;
@@ -44,10 +47,10 @@ Motion relative_motion(const FourPoints& start, const FourPoints& end) {
   return motion;
 }
 
-// The projections (shadows) of both features on the line along `direction`. The length of
-// `direction` scales all results. The first `first_count` points (1 or 2) belong to the first
-// feature. The gap is the smallest difference between a point of the first feature and a point of
-// the second. Each difference is linear in time.
+// The projections (shadows) of both features on the line along `direction`. Positions, speeds and
+// gaps are multiplied by the length of `direction`. The first `first_count` points (1 or 2) belong
+// to the first feature, the others to the second. The gap is the smallest difference between a
+// point of the first feature and a point of the second. Each difference is linear in time.
 template <int first_count>
 struct Shadows {
   std::array<double, 4> place, speed;
@@ -59,7 +62,7 @@ struct Shadows {
     }
   }
 
-  // Returns the gap after a further fraction `part` of the path.
+  // Returns the gap after another fraction `part` of the path.
   double gap_after(double part) const {
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i < first_count; ++i)
@@ -68,7 +71,8 @@ struct Shadows {
     return least;
   }
 
-  // Returns the fraction of the path after which the gap has shrunk to `aim`.
+  // Returns the fraction of the path after which the gap has fallen to `aim`, or infinity if it
+  // never does.
   double advance_to(double aim) const {
     double advance = std::numeric_limits<double>::infinity();
     for (int i = 0; i < first_count; ++i) {
@@ -94,7 +98,7 @@ double safe_fraction(const FourPoints& start, const FourPoints& end, double mini
     const double distance = separation.norm();
     const double gap = distance - least;
     if (query == 0) starting_gap = gap;
-    if (!(starting_gap > 0)) return 0;  // holds for NaN, too
+    if (!(starting_gap > 0)) return 0;  // also if the gap is NaN
 
     const Shadows<first_count> shadows(position, motion, separation);
     if (shadows.gap_after(1 - fraction) > least * distance) return 1;

@@ -11,19 +11,21 @@ namespace weft::bsi {
 // path is ever reported as safe. Points are ordered as in closest_vertex_triangle and
 // closest_edge_edge.
 //
-// A path that is not proved safe to its end is cut where at most a tenth of the starting gap
-// (distance - minimum_separation) is left. A path that comes nearer than a hundredth of the
-// starting gap counts as unsafe, even without contact. The result is 0 if the start is not finite
-// or is too close, within rounding (1e-14 of the sum of the sizes and paths).
+// The starting gap is the distance at the start minus `minimum_separation`. A path that is not
+// proved safe is cut where at most a tenth of the starting gap is left. The search for a proof
+// stops at a hundredth, so a path that comes nearer may be cut without contact. The result is 0 if
+// a point is not finite. It is also 0 if the starting gap is within the rounding error (1e-14 of
+// the sum of the pair's size and path lengths).
 //
 // The method is additive CCD (Li, Kaufman, Jiang 2021, "Codimensional Incremental Potential
 // Contact", section 5) with a sharper bound. The distance of two convex hulls is at least the gap
 // between their projections on any line. On the line through the closest points that gap equals the
-// distance. Only the points' speeds along the line close the gap, so sliding costs nothing.
+// distance. Only the points' speeds along this line close the gap. Sliding motion, perpendicular to
+// the line, therefore does not shorten t.
 //
-// Most paths without contact take one closest-point query; paths with contact take a few tens.
-// After 512 queries (long paths that rotate at a tiny gap) the result is the fraction proved safe
-// so far. No allocation; 60 ns for one query, a few hundred ns for paths with contact.
+// Most paths without contact take one closest-point query; paths with contact take several. After
+// 512 queries (long paths that rotate at a tiny gap) the result is a fraction proved safe until
+// then. No allocation; 60 ns for one query, a few hundred ns for paths with contact.
 double safe_fraction_vertex_triangle(const FourPoints& start, const FourPoints& end,
                                      double minimum_separation);
 double safe_fraction_edge_edge(const FourPoints& start, const FourPoints& end,

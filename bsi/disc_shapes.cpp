@@ -1,6 +1,7 @@
-// In a single square image of the disc, the corners would be flattened to 180 degrees on the rim.
-// Here three patches meet at each corner of the inner square, with nearly 120 degrees each. All
-// patches have the same number of vertices, and their cells have similar sizes.
+// Disc and cone, made of 12 patches. In a single square image, the corners would be flattened to
+// 180 degrees on the rim. With 12 patches, three patches meet at each corner of an inner square, at
+// nearly 120 degrees each. All patches have the same number of vertices, and their cells have
+// similar sizes.
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -12,25 +13,25 @@ namespace weft::bsi {
 
 namespace {
 
-constexpr double quarter_turn = std::numbers::pi / 4;  // 45 degrees: angle of half a side
+constexpr double quarter_turn = std::numbers::pi / 4;  // 45 degrees, half the angle of a side
 
-// Distance of the square's corners from the centre of the unit disc, and roundness of its sides: 0
-// is straight, 1 a circular arc. With these values the smallest angle on fine images is about 31.5
-// degrees, near the largest possible.
+// Distance of the square's corners from the centre of the unit disc. With this distance and
+// roundness, the smallest angle on fine images is about 31.5 degrees, near the largest possible.
 constexpr double corner_distance = 0.52;
+// Roundness of the square's sides: 0 for straight lines, 1 for circular arcs.
 constexpr double roundness = 0.7;
 
-// The image of the disc in quads. The square covers |i|, |j| <= n. The ring has 8 n quads around
-// and n across.
+// The vertices of the disc on a lattice of quads. The square covers |i|, |j| <= n. The ring around
+// it is n quads wide. Label {i, j, k} is point (i, j) of the square if k = 0. Otherwise (i, j) is
+// on the square's border, and the label is the point k quads outside it on the ray from the centre.
 struct DiscLattice {
   int n = 0;
 
-  // Returns the label of a point of the square or its border. The point k quads outside the border
-  // point (i, j), on its ray from the centre, has the label {i, j, k}.
+  // Returns the label of point (i, j) of the square or of its border.
   static Label in_square(int i, int j) { return {i, j, 0}; }
 
-  // Returns the label of a point of the ring. It lies `around` quads counter-clockwise from the
-  // corner (n, -n) along the border, and `across` quads outside the border.
+  // Returns the label of a point of the ring. Its border point is `around` quads counter-clockwise
+  // from the corner (n, -n). The point is `across` quads outside the border.
   Label in_ring(int around, int across) const {
     const int along = around % (2 * n) - n;
     switch (around / (2 * n) % 4) {
@@ -49,8 +50,9 @@ struct DiscLattice {
   Vec3 position(const Label& label) const;
 };
 
-// Returns the labels of all texels, patch by patch. Each quarter of the square is turned so that
-// its diagonals run outwards from the centre. They split the angle at the square's corner.
+// Returns the labels of all texels, patch by patch. The image of each quarter of the square is
+// rotated so that the diagonals of its quads run outwards from the centre. One of them splits the
+// angle at the square's corner.
 std::vector<Label> DiscLattice::labels() const {
   std::vector<Label> result;
   for (int quarter = 0; quarter < 4; ++quarter) {
@@ -74,8 +76,8 @@ std::vector<Label> DiscLattice::labels() const {
   return result;
 }
 
-// Returns the point of the square's right side that lies on the ray at the angle s * 45 degrees,
-// for s in -1 .. 1.
+// Returns the point of the square's right side on the ray at the angle s * 45 degrees, for s in -1
+// .. 1.
 Vec3 side_point(double s) {
   const double angle = s * quarter_turn;
   const double straight = 1 / (std::numbers::sqrt2 * std::cos(angle));
@@ -83,7 +85,8 @@ Vec3 side_point(double s) {
   return {distance * std::cos(angle), distance * std::sin(angle), 0};
 }
 
-// Returns a point of the unit disc. The square is the Coons patch of its four sides.
+// Returns the position of a label in the unit disc. The square is the Coons patch of its four
+// sides.
 Vec3 DiscLattice::position(const Label& label) const {
   const double s = static_cast<double>(label[0]) / n;
   const double t = static_cast<double>(label[1]) / n;
@@ -95,8 +98,8 @@ Vec3 DiscLattice::position(const Label& label) const {
   return (1 - outside) * inner + outside * inner.normalized();
 }
 
-// Makes a surface of the disc's patches of n x n vertices. position(p), m, maps points p of the
-// unit disc.
+// Makes a surface from the disc's patches of n x n vertices. position(p) returns the position (m)
+// of the vertex at point p of the unit disc.
 template <typename Position>
 Surface make_from_disc(int n, Position position) {
   if (n < 2) throw std::invalid_argument("an open axis needs at least 2 vertices");

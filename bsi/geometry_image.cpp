@@ -24,12 +24,12 @@ void check_axis(const char* name, int vertices, bool wrapped, std::size_t patch)
       (wrapped ? " (wrapped)" : "") + ": at least " + std::to_string(least) + " are needed");
 }
 
-// Returns the number of particles. Throws unless every index from 0 to the maximum occurs.
+// Returns the number of particles of a map. Throws unless every index from 0 to the maximum occurs.
 int check_particles(const std::vector<int>& texel_to_particle) {
   const auto texels = static_cast<int>(texel_to_particle.size());
   const int count = *std::ranges::max_element(texel_to_particle) + 1;
-  // A valid map has at least as many texels as particles. This check comes before the allocation,
-  // which it limits.
+  // A valid map has at least as many texels as particles. Checking this first limits the allocation
+  // below.
   if (count > texels || *std::ranges::min_element(texel_to_particle) < 0) {
     throw std::invalid_argument("a texel's particle index is outside 0.." +
                                 std::to_string(texels - 1));
@@ -43,7 +43,8 @@ int check_particles(const std::vector<int>& texel_to_particle) {
   return count;
 }
 
-// Returns the patch that contains item `index`. `first` holds the first item of each patch.
+// Returns the patch that contains item `index`. `first` holds the first item of each patch, then
+// the number of items.
 int patch_of(const std::vector<int>& first, int index) {
   assert(index >= 0 && index < first.back());
   return static_cast<int>(std::ranges::upper_bound(first, index) - first.begin()) - 1;
@@ -60,7 +61,7 @@ Atlas::Atlas(std::vector<Patch> patches, std::vector<int> texel_to_particle)
     check_axis("rows", patch.rows, patch.wrap_v, i);
     check_axis("columns", patch.cols, patch.wrap_u, i);
     texels += static_cast<std::int64_t>(patch.rows) * patch.cols;
-    // Corners of triangles, up to 6 per texel, must be numbered by an int, too.
+    // The corners of all triangles, up to 6 per texel, must also be countable by an int.
     if (texels > std::numeric_limits<int>::max() / 6) {
       throw std::invalid_argument("the atlas has more vertices than can be numbered");
     }
@@ -108,9 +109,9 @@ TexelAddress Atlas::particle_address(int particle) const {
 
 namespace {
 
-// Collects the edges of triangles that are added one by one. Each particle heads a linked list of
-// the edges of which it is the end with the lower index. A list has no more entries than the
-// particle has neighbours, so no hashing is needed.
+// Collects the edges of triangles that are added one by one. Each particle has a linked list of its
+// edges to particles with higher indices. A list has no more entries than the particle has
+// neighbours, so no hashing is needed.
 class EdgeBuilder {
  public:
   EdgeBuilder(const Atlas& atlas, Mesh& mesh)
@@ -156,10 +157,10 @@ class EdgeBuilder {
   const Atlas& atlas_;
   Mesh& mesh_;
   std::vector<int> first_in_chain_;
-  std::vector<int> next_in_chain_;  // by edge; -1 ends the list
+  std::vector<int> next_in_chain_;  // edge that follows each edge in its list, or -1
 };
 
-// Assigns each particle to the first quad that has it as a corner.
+// Makes the first quad that has a particle as a corner the owner of the particle.
 void own_vertices(const Atlas& atlas, Mesh& mesh) {
   std::vector<bool> owned(atlas.particle_count(), false);
   mesh.owned_vertices.reserve(atlas.particle_count());
@@ -204,7 +205,8 @@ Mesh build_mesh(const Atlas& atlas) {
     builder.add_triangle(2 * quad + 1);
     mesh.owned_edge_start.push_back(static_cast<int>(mesh.edges.size()));
   }
-  // Edges were created in the order of their owners, the first quads that contain them.
+  // Edges have been created in the order of their owners, so the list of owned edges counts
+  // upwards.
   mesh.owned_edges.resize(mesh.edges.size());
   std::iota(mesh.owned_edges.begin(), mesh.owned_edges.end(), 0);
   own_vertices(atlas, mesh);

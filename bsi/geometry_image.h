@@ -11,8 +11,9 @@ namespace weft::bsi {
 
 using Vec3 = Eigen::Vector3d;
 
-// A rectangular image of `rows` x `cols` vertices, row-major: u counts columns, v counts rows. A
-// wrapped axis is closed: its last vertex is adjacent to its first, and neither is stored twice.
+// A rectangular image of `rows` x `cols` vertices, stored row by row: u counts columns, v counts
+// rows. A wrapped axis is closed: its last vertex is adjacent to its first, and neither is stored
+// twice.
 struct Patch {
   int rows = 0;
   int cols = 0;
@@ -25,7 +26,7 @@ struct Patch {
   int quad_count() const { return quad_rows() * quad_cols(); }
 };
 
-// Location of a texel or a quad in an atlas.
+// The position of a texel or a quad in an atlas.
 struct TexelAddress {
   int patch = 0;
   int row = 0;
@@ -39,9 +40,9 @@ class Atlas {
  public:
   Atlas() = default;
   // `texel_to_particle` holds the particle of each texel and uses every index from 0 to its
-  // maximum. If it is empty, texel i is particle i. Throws std::invalid_argument, with the reason,
-  // if the map breaks these rules or a patch has no quad. An open axis needs at least 2 vertices, a
-  // wrapped one 3.
+  // maximum. If it is empty, texel i is particle i. An open axis needs at least 2 vertices, a
+  // wrapped axis 3. Throws std::invalid_argument, with the reason, if a rule is broken, if there is
+  // no patch, or if there are more than INT_MAX / 6 texels.
   explicit Atlas(std::vector<Patch> patches, std::vector<int> texel_to_particle = {});
 
   const std::vector<Patch>& patches() const { return patches_; }
@@ -50,8 +51,8 @@ class Atlas {
   int quad_count() const { return first_quad_.back(); }
   int first_texel(int patch) const { return first_texel_[patch]; }
   int first_quad(int patch) const { return first_quad_[patch]; }
-  // Returns true if texel i is particle i for every texel. Arrays by particle are then also arrays
-  // by texel.
+  // Returns true if the atlas was made without a map. Texel i is then particle i, and arrays by
+  // particle are also arrays by texel.
   bool is_identity() const { return texel_to_particle_.empty(); }
 
   // Returns the particle of each texel; empty if is_identity().
@@ -59,7 +60,7 @@ class Atlas {
   int particle_of_texel(int texel) const {
     return texel_to_particle_.empty() ? texel : texel_to_particle_[texel];
   }
-  // Returns the particle at (row, col) of a patch. On a wrapped axis, row == rows or col == cols
+  // Returns the particle at (row, col) of a patch. On a wrapped axis, the index one past the last
   // stands for 0.
   int particle(int patch, int row, int col) const {
     const Patch& p = patches_[patch];
@@ -71,7 +72,8 @@ class Atlas {
   std::array<int, 4> quad_particles(int quad) const;
   TexelAddress quad_address(int quad) const;
   TexelAddress texel_address(int texel) const;
-  // Returns the first texel of a particle. O(texels) on a sewn atlas: meant for messages.
+  // Returns the first texel of a particle. O(texels) on a sewn atlas, so it suits error messages
+  // only.
   TexelAddress particle_address(int particle) const;
 
  private:
@@ -82,31 +84,34 @@ class Atlas {
   int particle_count_ = 0;
 };
 
-// Splits a quad into its two triangles. Physics, collision and pictures all use this rule. `corner`
-// is in the order of quad_particles(). The diagonal runs from (r,c+1) to (r+1,c) in every quad,
-// because a uniform diagonal keeps the bending model free of bias. Both triangles are
-// counter-clockwise when seen from the side to which u x v points.
+// Returns the two triangles of a quad whose corners are in the order of quad_particles(). The
+// diagonal runs from (r,c+1) to (r+1,c) in every quad, because a uniform diagonal keeps the bending
+// model free of bias. Both triangles are counter-clockwise when seen from the side to which u x v
+// points.
 inline std::array<std::array<int, 3>, 2> quad_triangles(const std::array<int, 4>& corner) {
   return {{{corner[0], corner[1], corner[2]}, {corner[1], corner[3], corner[2]}}};
 }
 
-// An edge and the one or two triangles that share it.
+// An edge of a mesh and the one or two triangles that share it.
 struct Edge {
-  std::array<int, 2> vertex{};          // particle indices, in the direction of the first triangle
-  std::array<int, 2> triangle{-1, -1};  // triangle indices; second is -1 on the border
-  std::array<int, 2> opposite{-1, -1};  // the corner of each triangle that is not on the edge
+  std::array<int, 2> vertex{};          // particles, in the direction of the first triangle
+  std::array<int, 2> triangle{-1, -1};  // the second is -1 on the border
+  std::array<int, 2> opposite{-1, -1};  // particle of each triangle off the edge, or -1
 };
 
-// Triangles, edges and their owners, in particle indices. Triangle t belongs to quad t / 2. Edge
-// triangle_edges[t][e] is opposite corner e of triangle t. The first quad that contains a particle
-// or an edge owns it. A search over pairs of quads that combines only owned features therefore
-// finds each pair of features once. Edges are numbered in the order of their owners.
+// The triangles and edges of an atlas, and the quads that own particles and edges. Corners are
+// particle indices. Triangle t belongs to quad t / 2. Edge triangle_edges[t][e] is opposite corner
+// e of triangle t. The owner of a particle or an edge is the first quad that contains it, and edges
+// are numbered in the order of their owners. A search over pairs of quads that combines only owned
+// particles and edges therefore finds each pair of them once.
 struct Mesh {
   std::vector<std::array<int, 3>> triangles;
   std::vector<std::array<int, 3>> triangle_edges;
   std::vector<Edge> edges;
-  std::vector<int> owned_vertex_start, owned_vertices;  // compressed rows, one per quad
-  std::vector<int> owned_edge_start, owned_edges;       // compressed rows, one per quad
+  // Particles owned by each quad, in compressed rows.
+  std::vector<int> owned_vertex_start, owned_vertices;
+  // Edges owned by each quad, in compressed rows.
+  std::vector<int> owned_edge_start, owned_edges;
 
   std::span<const int> vertices_of_quad(int quad) const {
     return std::span(owned_vertices)
@@ -119,8 +124,8 @@ struct Mesh {
 };
 
 // Builds the mesh of an atlas. O(texels). Throws std::invalid_argument, naming a quad, if the image
-// is not an orientable surface. An edge may have at most two triangles, which traverse it in
-// opposite directions. A triangle must not use a particle twice.
+// is not an orientable surface. At most two triangles may share an edge, and they must traverse it
+// in opposite directions. A triangle must have three different particles.
 Mesh build_mesh(const Atlas& atlas);
 
 }  // namespace weft::bsi

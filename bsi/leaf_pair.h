@@ -1,4 +1,4 @@
-// Leaves of pyramids, and pairs of leaves: traversals find them, the narrow phase examines them.
+// Leaves of pyramids, and the pairs of leaves that traversals find.
 #pragma once
 
 #include <compare>
@@ -8,21 +8,23 @@
 
 namespace weft::bsi {
 
-// The shape that a leaf bounds.
+// The shape whose box is a leaf of a pyramid.
 enum class Leaf {
   quad,
   triangle,  // triangles 2 q and 2 q + 1 belong to quad q, as in Mesh
 };
 
-// The bounds that traversals compare above the leaves. Leaves are always compared by their boxes,
-// so all three give the same result.
+// The bounds that a traversal compares above the leaves. Leaves are always compared by their boxes,
+// so the bound does not change the pairs that are found.
 enum class Bound {
-  sphere,  // as in Davis' bounding sphere image
+  sphere,  // the bounds of Davis' bounding sphere image
   box,
-  sphere_then_box,  // spheres first, then the boxes of blocks whose spheres meet
+  sphere_then_box,  // spheres, then boxes where the spheres meet
 };
 
-// Two triangles, or two quads: `a` of the first body, `b` of the second. Within one body a <= b.
+// The numbers of two leaves, which are triangles or quads: `a` is a leaf of the first body, `b` of
+// the second. In the result of a self traversal a <= b. For a single traversal, `a` is the index of
+// a point.
 struct LeafPair {
   int a = 0;
   int b = 0;
@@ -31,10 +33,11 @@ struct LeafPair {
   auto operator<=>(const LeafPair&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
-// The pairs of leaves of two leaf blocks, each of up to 2 x 2 quads. Bit 8 i + j of `leaves` stands
-// for leaf i of `a` and leaf j of `b`. Leaf 2 r + c is the first triangle of the quad in row r and
-// column c of the block, or the whole quad. Leaf 4 + 2 r + c is its second triangle. Where bodies
-// touch, a list of block pairs is about ten times shorter than the list of their leaf pairs.
+// Pairs of leaves of two leaf blocks, each of up to 2 x 2 quads. Bit 8 i + j of `leaves` stands for
+// leaf i of block `a` and leaf j of block `b`. Leaf 2 r + c is the first triangle of the quad in
+// row r and column c of the block, or the whole quad. Leaf 4 + 2 r + c is the second triangle of
+// that quad. A pair of blocks takes 24 bytes and stands for up to 64 pairs of leaves, of 8 bytes
+// each.
 struct LeafBlockPair {
   BoxNode a, b;
   std::uint64_t leaves;

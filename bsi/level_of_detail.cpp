@@ -22,8 +22,8 @@ std::vector<DetailPatch> coarsest_patches(const Pyramid& pyramid,
   return patches;
 }
 
-// Patches with all blocks on one level each, and for every particle the border sample that replaces
-// it.
+// The patches, each with all its blocks on one level, and the border sample that replaces each
+// particle.
 struct PatchesAtLevels {
   std::vector<DetailPatch> patches;
   std::vector<int> sample_of;
@@ -41,7 +41,7 @@ PatchesAtLevels patches_at_levels(const Pyramid& pyramid, std::span<const int> l
   return at;
 }
 
-// Returns the centre of the block's sphere.
+// Returns the centre (m) of a block's sphere.
 Vec3 centre_of(const Pyramid& pyramid, const PatchBlock& block) {
   const Box box = pyramid.box(block.patch, block.level, block.u, block.v);
   Vec3 centre;
@@ -51,12 +51,12 @@ Vec3 centre_of(const Pyramid& pyramid, const PatchBlock& block) {
   return centre;
 }
 
-// Returns the smallest integer above `place`. Precondition: place >= 0.
+// Returns the smallest integer greater than `place`. Precondition: place >= 0.
 int first_after(double place) { return static_cast<int>(place) + 1; }
 
-// Measures how far coarse triangles of a patch are from the original surface at the same places of
-// the image. The edges of both triangulations cut the image into pieces on which both surfaces are
-// linear. The distance is therefore largest at a corner of a piece.
+// Measures the distance of coarse triangles of a patch from the original surface at the same place
+// of the image. The edges of both triangulations cut the image into pieces on which both surfaces
+// are linear. The distance is therefore largest at a corner of a piece.
 class Ruler {
  public:
   Ruler(const Pyramid& pyramid, std::span<const Vec3> positions, int patch,
@@ -73,10 +73,11 @@ class Ruler {
     return positions_[atlas.particle_of_texel(atlas.first_texel(patch_) + vertex)];
   }
 
-  // Measures a triangle. Returns false at the first point that exceeds the tolerance.
+  // Measures a triangle. Returns false, without measuring the rest, at the first point outside the
+  // tolerance.
   bool measure(const DetailPatch& patch, const DetailTriangle& triangle);
 
-  // The largest distance measured within the tolerance, m.
+  // Returns the largest distance (m) measured so far within the tolerance.
   double largest() const { return largest_; }
 
  private:
@@ -111,7 +112,7 @@ class Ruler {
   double largest_ = 0;
 };
 
-// Returns true if the triangle is one of the original surface: its corners are the texels of one
+// Returns true if the triangle belongs to the original surface. Its corners are then texels of one
 // triangle of a quad.
 bool Ruler::is_original(const DetailPatch& patch, const DetailTriangle& triangle) {
   const auto is_within_one = [&](const auto& place) {
@@ -126,8 +127,8 @@ bool Ruler::is_original(const DetailPatch& patch, const DetailTriangle& triangle
          is_within_one([](const DetailCorner& corner) { return corner.row + corner.col; });
 }
 
-// Shifts a triangle by one period along every wrapped axis on which a corner lies before the first
-// texel.
+// If a corner lies before the first texel of a wrapped axis, shifts the triangle by one period
+// along that axis.
 void Ruler::take_round_wraps(std::array<Corner, 3>& corners) const {
   for (const Corner& first : corners) {
     const double rows = first.row < 0 ? size_.rows : 0, cols = first.col < 0 ? size_.cols : 0;
@@ -153,8 +154,8 @@ bool Ruler::measure(const DetailPatch& patch, const DetailTriangle& triangle) {
   for (int i = 0; i < 3; ++i) {
     const int from = triangle[i].vertex;
     const int to = triangle[(i + 1) % 3].vertex;
-    // Two triangles of the patch share an inner edge, in opposite directions. Only the triangle
-    // whose edge runs from the lower to the higher vertex checks it.
+    // Two triangles of the patch share an inner edge and traverse it in opposite directions. Only
+    // the triangle that traverses it from the lower to the higher vertex checks it.
     const bool is_inside = patch.is_block(from) || patch.is_block(to);
     if (is_inside && from > to) continue;
     if (!check_edge(corners[i], corners[(i + 1) % 3])) return false;
@@ -181,7 +182,8 @@ Vec3 Ruler::original(double row, double col) const {
          (1 - down) * (upper_right - lower_right);
 }
 
-// Checks an edge where it crosses the rows, the columns and the diagonals of the image.
+// Checks the points of an edge where it crosses the rows, the columns and the diagonals of the
+// image.
 bool Ruler::check_edge(const Corner& from, const Corner& to) {
   const std::array<std::array<double, 2>, 3> ends{
       {{from.row, to.row}, {from.col, to.col}, {from.row + from.col, to.row + to.col}}};
@@ -200,11 +202,11 @@ bool Ruler::check_edge(const Corner& from, const Corner& to) {
   return true;
 }
 
-// Checks a triangle at the texels inside it.
+// Checks the points of a triangle at the texels inside it.
 bool Ruler::check_inside(const std::array<Corner, 3>& corners) {
   const auto [lowest, highest] = std::minmax({corners[0].row, corners[1].row, corners[2].row});
   for (int row = first_after(lowest); row < highest; ++row) {
-    // The points where the row enters and leaves the triangle, in order of columns.
+    // The two points where the row crosses the triangle's border, the lower column first.
     std::array<Corner, 2> ends;
     int found = 0;
     for (int i = 0; i < 3 && found < 2; ++i) {
@@ -226,11 +228,11 @@ bool Ruler::check_inside(const std::array<Corner, 3>& corners) {
   return true;
 }
 
-// Splits blocks until every triangle is within the tolerance. Returns the largest remaining
-// distance, m.
+// Splits blocks until every triangle is within the tolerance. Returns an upper bound (m) of the
+// distances that remain.
 double refine(DetailPatch& patch, Ruler& ruler) {
   std::vector<char> too_coarse;
-  int first_new = patch.texel_count();  // blocks from here on have not been measured
+  int first_new = patch.texel_count();  // vertices from here on are new blocks, not yet measured
   for (;;) {
     too_coarse.assign(patch.block_count(), 0);
     bool done = true;
@@ -242,7 +244,7 @@ double refine(DetailPatch& patch, Ruler& ruler) {
           coarsest = std::min(coarsest, patch.block(corner.vertex).level);
           is_new = is_new || corner.vertex >= first_new;
         } else {
-          is_new = true;  // the texel may have been in a block until now
+          is_new = true;  // the texel may have been part of a block until now
         }
       }
       // A triangle can be inverted in the image where a long block meets a wide one.

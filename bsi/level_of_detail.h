@@ -1,5 +1,4 @@
-// Level of detail: coarser surfaces without cracks, whose vertices are centres of a pyramid's
-// spheres.
+// Level of detail: coarse surfaces without cracks, made from the spheres of a pyramid.
 #pragma once
 
 #include <algorithm>
@@ -13,54 +12,55 @@
 namespace weft::bsi {
 
 // A triangle surface that approximates an atlas (construction: docs/theory.md, "Level of detail").
-// It has the orientation and the topology of the original. It has open edges only along borders of
-// the original, and at least one vertex on each border.
+// It has the orientation and the topology of the original surface. Its open edges lie along borders
+// of the original, and each border keeps at least one vertex.
 struct DetailSurface {
-  std::vector<Vec3> positions;  // m
-  std::vector<std::array<int, 3>> triangles;
-  // By vertex: the particle at its place in the image. The vertex can use the particle's normal or
-  // colour.
+  std::vector<Vec3> positions;                // vertices, m
+  std::vector<std::array<int, 3>> triangles;  // three indices of positions each
+  // The particle at the same place of the image, for each vertex. A vertex can take its normal or
+  // colour from this particle.
   std::vector<int> particles;
-  // Upper bound of the Hausdorff distance to the original surface, m.
+  // Upper bound (m) of the Hausdorff distance to the original surface.
   double deviation = 0;
 };
 
-// Largest allowed distance between the coarse and the original surface: `most` (m) or
-// `per_distance` times the distance from the eye, whichever is smaller.
+// The largest allowed distance between the coarse and the original surface. It is `most` (m) or
+// `per_distance` times the distance from the point `eye` (m), whichever is smaller.
 struct DetailTolerance {
   double most = std::numeric_limits<double>::infinity();
   double per_distance = std::numeric_limits<double>::infinity();
   Vec3 eye = Vec3::Zero();
   double at(const Vec3& point) const {
-    return std::min(most, per_distance * (point - eye).norm());  // `most` if 0 x infinity is NaN
+    return std::min(most, per_distance * (point - eye).norm());  // `most` if the product is NaN
   }
 };
 
-// Makes the surface through the sphere centres of all blocks on level levels[p] of each patch p,
-// and through original vertices on the borders of patches. These border vertices are the points
-// where patches begin or end and, in between, one sample per joint of two blocks along the border.
-// At a seam, the blocks of the finer patch determine the samples. The deviation is the largest
-// radius of a sphere whose centre is used, or the largest distance of a border vertex from its
-// sample, if that is larger.
+// Makes a surface through the sphere centres of all blocks on level levels[p] of each patch p, and
+// through original vertices on the borders of patches. A border keeps the vertices where patches
+// begin or end. Between them it keeps one sample per joint of two blocks along the border. At a
+// seam, the patch with the finest blocks determines the samples. `deviation` is the largest radius
+// of a sphere used or the largest distance of a border vertex from its sample, whichever is larger.
 //
 // Beyond its last level a patch keeps its original surface. So does a patch that is sewn to itself,
 // wraps fewer than five quads or has no inner texel. A wrapped axis needs three blocks, so levels 0
-// and 1 of a wrapped patch count as 2. Preconditions: pyramid.is_built(), from `positions`, with
-// spheres. O(texels).
+// and 1 of a wrapped patch count as 2. Preconditions: the pyramid is built from `positions` (m, by
+// particle) and has spheres; one level per patch. O(texels x levels).
 DetailSurface detail_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
                                std::span<const int> levels);
 
-// Makes the surface from blocks of different levels within each patch, and all vertices on the
-// borders of patches. Blocks are split until every point lies within the tolerance of its
-// counterpart: the original point at the same place in the image. The deviation bounds these
-// distances. A tolerance of 0 gives the original surface. Precondition: pyramid.is_built(), from
-// `positions`. O(texels x levels), less where the surface is rough. OpenMP's threads share the
-// patches; their number does not change the result.
+// Makes a surface from blocks of different levels within each patch, and from all vertices on the
+// borders of patches. The counterpart of a coarse point is the original point at the same place of
+// the image. Blocks are split until every point is within the tolerance of its counterpart.
+// `deviation` bounds these distances. A tolerance of 0 gives the original surface. Precondition:
+// the pyramid is built from `positions` (m, by particle). At most O(texels x levels). Patches are
+// shared among the threads of OpenMP, whose number does not change the result.
 DetailSurface detail_within(const Pyramid& pyramid, std::span<const Vec3> positions,
                             const DetailTolerance& tolerance);
 
-// Returns the largest distance (m) between a point of detail_at_levels() and its counterpart. On a
-// smooth surface it is much smaller than DetailSurface::deviation. Up to O(texels x levels).
+// Returns the largest distance (m) between a point of the surface that detail_at_levels() makes and
+// its counterpart (see detail_within()). On a smooth surface it is much smaller than
+// DetailSurface::deviation. Preconditions as for detail_at_levels(), but spheres are not needed. At
+// most O(texels x levels).
 double deviation_at_levels(const Pyramid& pyramid, std::span<const Vec3> positions,
                            std::span<const int> levels);
 

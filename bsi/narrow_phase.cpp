@@ -15,8 +15,8 @@ namespace {
 
 static_assert(sizeof(Vec3) == 3 * sizeof(double));
 
-constexpr int chunk_blocks = 32;               // pairs of leaf blocks
-constexpr int chunk_size = 64 * chunk_blocks;  // candidates
+constexpr int chunk_blocks = 32;                         // pairs of leaf blocks per chunk
+constexpr int candidates_per_chunk = 64 * chunk_blocks;  // candidates per chunk
 
 std::array<Vec3, 3> corners(const TriangleSet& set, int triangle) {
   const auto& [i, j, k] = set.triangles[triangle];
@@ -29,7 +29,7 @@ Triangle3 to_points(const std::array<Vec3, 3>& corner) {
   return triangle;
 }
 
-// Runs the narrow phase on one thread, chunk after chunk of candidates.
+// The narrow phase on one thread. Each call of sift() processes one chunk of candidates.
 class Sieve {
  public:
   Sieve(const TriangleSet& first, const TriangleSet& second, const NarrowPhaseOptions& options)
@@ -45,15 +45,15 @@ class Sieve {
     settle(candidates, hits, counters);
   }
 
-  // Decides all candidates in at most chunk_blocks pairs of leaf blocks.
+  // Processes the candidates in `blocks`. Precondition: at most chunk_blocks pairs of blocks.
   void sift(const Pyramid& first, const Pyramid& second, bool self,
             std::span<const LeafBlockPair> blocks, TriangleHits& hits,
             NarrowPhaseCounters& counters) {
-    listed_.resize(chunk_size + 16);
+    listed_.resize(candidates_per_chunk + 16);
     const JudgedBlocks judged{&first.tree(), &second.tree(), blocks.data(),
                               static_cast<int>(blocks.size()), self};
-    // Upper bound (m) of the change of a distance when its two vertices are rounded to float32, as
-    // in half_margin().
+    // Upper bound (m) of the change of a pair's distance when its vertices are rounded to float32,
+    // as in half_margin().
     const double rounding = 0x1p-23 * (static_cast<double>(first.magnitude()) +
                                        static_cast<double>(second.magnitude())) +
                             0x1p-124;
@@ -86,7 +86,7 @@ class Sieve {
                                      static_cast<int>(candidates.size()), wanted, to.data()));
   }
 
-  // Appends the hits among the candidates, given their float32 verdicts in verdict_.
+  // Appends the hits among the candidates. verdict_ holds the float32 verdict of each candidate.
   void settle(std::span<const LeafPair> candidates, TriangleHits& hits,
               NarrowPhaseCounters& counters) {
     counters.judged += static_cast<std::int64_t>(candidates.size());
@@ -105,7 +105,8 @@ class Sieve {
     append(candidates, hits);
   }
 
-  // Determines the verdicts of the open candidates and, if requested, their squared distances.
+  // Determines the float64 verdicts of the candidates in open_ and, if requested, their squared
+  // distances (m^2).
   void measure(NarrowPhaseCounters& counters) {
     if (open_.empty()) return;
     narrow_phase_kernels().measure(pairs(open_), options_.margin, open_verdict_.data(),
@@ -135,7 +136,7 @@ class Sieve {
     hits.pairs.insert(hits.pairs.end(), near_.begin(),
                       near_.begin() + static_cast<std::ptrdiff_t>(near));
     if (!options_.distances) return;
-    // At this point all near pairs have been measured.
+    // With distances requested, every near pair is among the measured ones.
     for (std::size_t k = 0; k < measured; ++k)
       if (open_verdict_[k] == Verdict::near) hits.distances.push_back(std::sqrt(squared_[k]));
   }
@@ -144,16 +145,16 @@ class Sieve {
   const TriangleSet& second_;
   const NarrowPhaseOptions& options_;
   float margin_low_ = 0, margin_high_ = 0;
-  // verdict_ has extra entries because kernels write past the end.
-  std::array<Verdict, chunk_size + 16> verdict_{};
-  std::array<Verdict, chunk_size> open_verdict_{};
-  std::array<double, chunk_size> squared_{};
-  std::array<bool, chunk_size> certain_{};
+  // The array has extra entries because kernels write past the end.
+  std::array<Verdict, candidates_per_chunk + 16> verdict_{};
+  std::array<Verdict, candidates_per_chunk> open_verdict_{};
+  std::array<double, candidates_per_chunk> squared_{};
+  std::array<bool, candidates_per_chunk> certain_{};
   std::vector<LeafPair> open_, listed_, near_;
 };
 
-// Calls `sift` on chunks of `size` candidates, shared among threads. Appends the hits in the order
-// of the candidates.
+// Calls `sift` for each chunk of `size` candidates. Chunks are shared among threads. Appends the
+// hits in the order of the candidates.
 template <class Candidate, class Sift>
 void sift_chunks(const TriangleSet& first, const TriangleSet& second,
                  std::span<const Candidate> candidates, std::size_t size,
@@ -206,7 +207,7 @@ void sift_blocks(const PyramidTriangles& first, const PyramidTriangles& second, 
 void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
                         std::span<const LeafPair> candidates, const NarrowPhaseOptions& options,
                         TriangleHits& hits, NarrowPhaseCounters& counters) {
-  sift_chunks(first, second, candidates, chunk_size, options, hits, counters,
+  sift_chunks(first, second, candidates, candidates_per_chunk, options, hits, counters,
               [](Sieve& sieve, std::span<const LeafPair> chunk, TriangleHits& found,
                  NarrowPhaseCounters& cost) { sieve.sift(chunk, found, cost); });
 }
@@ -237,7 +238,7 @@ void find_triangle_intersections(const TriangleSet& first, const TriangleSet& se
     const auto [a, b] = hits.pairs[k];
     found[k] = intersect_triangles(to_points(corners(first, a)), to_points(corners(second, b)));
   }
-  // Drops pairs without a common point, whose distance can still round to 0.
+  // Pairs without a common point are dropped. Their distance can still round to 0.
   for (std::size_t k = 0; k < found.size(); ++k)
     if (found[k].kind != IntersectionKind::none) meetings.push_back({hits.pairs[k], found[k]});
 }

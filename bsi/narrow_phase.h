@@ -1,4 +1,5 @@
-// The narrow phase in batches: selects the candidates within a margin and computes their distances.
+// The narrow phase in batches: selects the pairs of triangles within a margin and computes their
+// distances.
 #pragma once
 
 #include <array>
@@ -13,55 +14,57 @@
 
 namespace weft::bsi {
 
-// The triangles of a body: positions (m, finite) by particle, three particles per triangle.
+// The triangles of a body: the positions (m, finite) of its particles, and three particles per
+// triangle.
 struct TriangleSet {
   std::span<const Vec3> positions;
   std::span<const std::array<int, 3>> triangles;
 };
 
 struct NarrowPhaseOptions {
-  double margin = 0;       // m, >= 0
-  bool distances = false;  // also compute distances
-  int threads = 0;         // 0: as many as OpenMP uses
+  double margin = 0;       // largest distance of a hit, m, >= 0
+  bool distances = false;  // also compute the distances of hits
+  int threads = 0;         // number of threads; 0: the default of OpenMP
 };
 
-// Pairs of triangles and, if requested, their distances (m; 0 if they have a common point).
+// The pairs of triangles within the margin and, if requested, their distances (m; 0 if the
+// triangles have a common point).
 struct TriangleHits {
   std::vector<LeafPair> pairs;
   std::vector<double> distances;
 };
 
-// Numbers of pairs that reach each stage. All pairs are judged in float32. Undecided pairs, and
-// near ones whose distance is requested, are measured in float64. Pairs that are still uncertain go
-// to scalar functions.
+// Numbers of pairs that reach each stage. `judged`: all pairs, in float32. `measured`: undecided
+// pairs, and near pairs whose distance is requested, in float64. `scalar`: pairs that are still
+// uncertain, by scalar functions.
 struct NarrowPhaseCounters {
   std::int64_t judged = 0, measured = 0, scalar = 0;
 };
 
-// Appends to `hits` the pairs (a of `first`, b of `second`, which may be the same body) whose
-// distance is at most the margin. Hits are in the order of the candidates, for any number of
-// threads and any instruction set.
+// Appends to `hits` the pairs whose distance is at most the margin. Leaf `a` of a candidate is a
+// triangle of `first`, leaf `b` one of `second`, which may be the same body. Hits are in the order
+// of the candidates, for any number of threads and any instruction set.
 //
-// Every verdict is proved with bounds of its rounding (docs/theory.md, "The narrow phase"), with
-// one exception. Where the distance is within rounding (1e-14 of the pair's size) of the margin,
-// squared_triangle_distance() decides. Distances agree with that function within 1e-12 of
-// themselves plus 1e-15 of the pair's size. With AVX-512 a candidate takes about 15 ns, and a hit
-// 60 ns more if distances are requested (`weft bench narrow-phase`).
+// Verdicts are proved with bounds of their rounding (docs/theory.md, "The narrow phase"). A pair
+// remains undecided in float64 if its distance is within rounding (about 1e-14 of the pair's size)
+// of the margin. squared_triangle_distance() then decides. Distances agree with that function
+// within 1e-12 of themselves plus 1e-15 of the pair's size. With AVX-512 a candidate takes about 15
+// ns, and a hit 60 ns more if distances are requested (`weft bench narrow-phase`).
 void find_triangle_hits(const TriangleSet& first, const TriangleSet& second,
                         std::span<const LeafPair> candidates, const NarrowPhaseOptions& options,
                         TriangleHits& hits, NarrowPhaseCounters& counters);
 
-// The triangles of a body, and the pyramid built from the same positions by rebuild(), not by
-// rebuild_swept().
+// The triangles of a body and its pyramid. Precondition: rebuild(), not rebuild_swept(), has built
+// the pyramid from the positions of the triangles.
 struct PyramidTriangles {
   const Pyramid& pyramid;
   TriangleSet triangles;
 };
 
-// Find the same hits from candidates in the form of leaf-block pairs, as a dual traversal of two
-// bodies or a self traversal returns them. Vertices are read block by block and in float32, which
-// is a quarter faster. More pairs need float64 if the margin is not well above the rounding to
-// float32 (2^-23 of the largest coordinate).
+// Find the hits among pairs of leaf blocks, from a dual traversal (first function) or a self
+// traversal (second function). Vertices are read block by block and in float32, which is a quarter
+// faster than from a list of pairs. More pairs need float64 if the margin is not well above the
+// rounding to float32 (2^-23 of the largest coordinate).
 void find_triangle_hits(const PyramidTriangles& first, const PyramidTriangles& second,
                         std::span<const LeafBlockPair> candidates,
                         const NarrowPhaseOptions& options, TriangleHits& hits,
@@ -76,17 +79,17 @@ struct TriangleMeeting {
 };
 
 // Appends the pairs that have a common point, in the order of the candidates, with their
-// intersections. Both are exact for coordinates as in exact_predicates.h. find_triangle_hits() with
-// a margin of 0 selects the pairs, which are then intersected one by one. `threads` as in
-// NarrowPhaseOptions.
+// intersections. Pairs and kinds of intersection are exact for coordinates as in
+// exact_predicates.h. find_triangle_hits() with a margin of 0 selects pairs, which are then
+// intersected one by one. `threads` as in NarrowPhaseOptions.
 void find_triangle_intersections(const TriangleSet& first, const TriangleSet& second,
                                  std::span<const LeafPair> candidates, int threads,
                                  std::vector<TriangleMeeting>& meetings,
                                  NarrowPhaseCounters& counters);
 
-// Returns the squared distance of two triangles, m^2. It is 0 if they have a common point; that
-// test is exact (coordinates as in exact_predicates.h). Otherwise it is the smallest of six
-// vertex-triangle and nine edge-edge distances (proximity.h). Scalar: some 300 ns.
+// Returns the squared distance (m^2) of two triangles. It is 0 if they have a common point, which
+// is decided exactly (coordinates as in exact_predicates.h). Otherwise it is the smallest of six
+// vertex-triangle and nine edge-edge distances, squared (proximity.h). Takes about 300 ns.
 double squared_triangle_distance(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b);
 
 }  // namespace weft::bsi

@@ -8,11 +8,11 @@ namespace weft::bsi {
 
 namespace {
 
-// Below this squared sine (of a triangle's corner, or of the angle between two edges) rounding may
-// misjudge which feature is closest. All features are then tried.
+// If the squared sine of a triangle's corner, or of the angle between two edges, is below this
+// limit, rounding may misjudge which feature is closest. All features are then tried.
 constexpr double thin_squared_sine = 1e-12;
-// Below this squared sine two edges count as parallel: the system for both parameters is nearly
-// singular.
+// If the squared sine is below this limit, two edges count as parallel and a triangle as
+// degenerate: the equations for both parameters are nearly singular.
 constexpr double parallel_squared_sine = 1e-20;
 
 struct OnEdge {
@@ -20,8 +20,8 @@ struct OnEdge {
   Vec3 separation = Vec3::Zero();
 };
 
-// Returns the point of an edge closest to a given point. `from_start` is that point relative to the
-// start of the edge.
+// Returns the point of `edge` closest to a given point. `from_start` (m) is the vector from the
+// start of the edge to the given point.
 inline OnEdge closest_on_edge(const Vec3& from_start, const Vec3& edge) {
   const double along = from_start.dot(edge);
   const double squared_length = edge.squaredNorm();
@@ -33,7 +33,8 @@ inline OnEdge closest_on_edge(const Vec3& from_start, const Vec3& edge) {
 
 inline bool inside(double parameter) { return parameter > 0 && parameter < 1; }
 
-// The closest point found so far on the border of a triangle, on the edge start -> end.
+// The closest point found so far on the border of a triangle. It lies on the edge from point
+// `start` to point `end`, both numbered as in Closest.
 struct BorderPoint {
   double squared_distance = std::numeric_limits<double>::infinity();
   OnEdge on_edge;
@@ -70,7 +71,8 @@ inline Closest at_interior(const Vec3& separation, double weight2, double weight
   return result;
 }
 
-// The closest pair of points found so far on two edges, at parameters s and t.
+// The closest pair of points found so far on two edges, at the parameters s (first edge) and t
+// (second edge).
 struct EdgePair {
   double squared_distance = std::numeric_limits<double>::infinity();
   Vec3 separation = Vec3::Zero();
@@ -102,19 +104,20 @@ Closest closest_vertex_triangle(const Vec3& x0, const Vec3& x1, const Vec3& x2, 
   const Vec3 normal = edge2.cross(edge3);
   const double scale = normal.squaredNorm();
   const double squared_lengths = edge2.squaredNorm() * edge3.squaredNorm();
-  // Barycentric coordinates of the foot of the perpendicular, times `scale`.
+  // Barycentric coordinates of the foot of the perpendicular from x0, times `scale`.
   const double area2 = from1.cross(edge3).dot(normal);
   const double area3 = edge2.cross(from1).dot(normal);
   const double area1 = scale - area2 - area3;
   const bool interior = area1 > 0 && area2 > 0 && area3 > 0;
   const bool thin = !(scale > thin_squared_sine * squared_lengths);
-  // The separation is computed along the normal, which keeps its direction even where it is nearly
+  // Computed along the normal, the separation keeps its direction even if its length is nearly
   // zero.
   if (interior && !thin)
     return at_interior((from1.dot(normal) / scale) * normal, area2 / scale, area3 / scale);
 
-  // If the foot is outside, the closest point lies on an edge whose line separates the foot from
-  // the triangle. (The closest point of a convex polygon is on an edge that faces the given point.)
+  // If the foot is outside the triangle, the closest point lies on an edge whose line separates the
+  // foot from the triangle. (The closest point of a convex polygon is on an edge that faces the
+  // given point.)
   BorderPoint best;
   if (thin || area3 <= 0) best.offer(from1, edge2, 1, 2);
   if (thin || area2 <= 0) best.offer(from1, edge3, 1, 3);
@@ -128,7 +131,7 @@ Closest closest_vertex_triangle(const Vec3& x0, const Vec3& x1, const Vec3& x2, 
 }
 
 Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const Vec3& x3) {
-  // Minimise |from2 + s first - t second|.
+  // The function to minimise is |from2 + s first - t second|.
   const Vec3 first = x1 - x0, second = x3 - x2, from2 = x0 - x2;
   const Vec3 normal = first.cross(second);
   const double scale = normal.squaredNorm();
@@ -144,9 +147,9 @@ Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const 
     return at_edge_pair(best);
   }
 
-  // Otherwise one of the closest points is an end of its edge. The squared distance is a convex
-  // quadratic function of both parameters. Its minimum over the unit square lies on a side that
-  // faces the unconstrained minimum, where the lines are closest.
+  // If the minimum is not in the interior, one of the closest points is an end of its edge. The
+  // squared distance is a convex quadratic function of both parameters. Its minimum over the unit
+  // square lies on a side that faces the unconstrained minimum, where the lines are closest.
   const auto offer_end = [&](const Vec3& from_start, const Vec3& edge, bool end_of_first,
                              double end_parameter) {
     const OnEdge found = closest_on_edge(from_start, edge);
@@ -160,8 +163,8 @@ Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const 
   if (thin || scaled_t <= 0) offer_end(-from2, first, false, 0);
   if (thin || scaled_t >= scale) offer_end(x3 - x0, first, false, 1);
   if (thin && interior && scale > parallel_squared_sine * squared_lengths) {
-    // s is inaccurate here. The distance is accurate nevertheless, because t is the best parameter
-    // for this s.
+    // Rounding makes s inaccurate here. The distance is accurate nevertheless, because t is the
+    // best parameter for this s.
     const double s = scaled_s / scale;
     const OnEdge found = closest_on_edge(from2 + s * first, second);
     if (inside(found.parameter)) best.offer(found.separation, s, found.parameter);

@@ -7,30 +7,32 @@
 
 namespace weft::bsi {
 
-// The four points of a pair: a vertex and the corners of a triangle, or the ends of two edges.
+// The four points (m) of a pair of features: a vertex and the corners of a triangle, or the ends of
+// two edges.
 using FourPoints = std::array<Vec3, 4>;
 
-// The closest points of a vertex and a triangle, or of two edges, given by four points x_i. The
-// vector between the closest points is separation = sum_i weight[i] * x_i, and squared_distance is
-// its square. Weights sum to +1 over the first feature and to -1 over the second.
+// The closest points of a vertex and a triangle, or of two edges, given by four points x_i (m).
+// `separation` = sum_i weight[i] * x_i is the vector from the closest point of the second feature
+// to that of the first. Its square is `squared_distance` (m^2). Weights sum to +1 over the first
+// feature and to -1 over the second.
 //
-// The first derivative of the distance follows from the weights: d|s|/dx_i = weight_i s/|s|.
+// With s = separation, the first derivative of the distance is d|s|/dx_i = weight_i s/|s|.
 struct Closest {
   double squared_distance = 0;
   Vec3 separation = Vec3::Zero();
   std::array<double, 4> weight{};
-  // Number of directions in which the closest points can slide: 0 between two points, 1 along an
+  // Number of directions in which the closest points can slide: 0 for two vertices, 1 along one
   // edge, 2 in the interior of a triangle or of two edges.
   int free_directions = 0;
 };
 
-// Returns the closest points of x0 and the triangle (x1, x2, x3): weight[0] = 1. A degenerate
-// triangle (sine of the corner at x1 below 1e-10) is treated as its edges. Precondition: finite
-// points. No allocation; 20-30 ns.
+// Returns the closest points of x0 and the triangle (x1, x2, x3). weight[0] is 1. A degenerate
+// triangle (sine of the corner at x1 below 1e-10) is treated as its three edges. Precondition:
+// finite points. No allocation; 20-30 ns.
 Closest closest_vertex_triangle(const Vec3& x0, const Vec3& x1, const Vec3& x2, const Vec3& x3);
-// Returns the closest points of the edges (x0, x1) and (x2, x3): weight[0] + weight[1] = 1. For
-// parallel edges (sine below 1e-10) and degenerate ones, one closest point is an end of its edge,
-// so at most one direction is free. Precondition: finite points. No allocation; 20-30 ns.
+// Returns the closest points of the edges (x0, x1) and (x2, x3). weight[0] + weight[1] is 1. On
+// parallel edges (sine below 1e-10) and degenerate ones, one closest point is an end of its edge.
+// At most one direction is then free. Precondition: finite points. No allocation; 20-30 ns.
 Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const Vec3& x3);
 
 }  // namespace weft::bsi

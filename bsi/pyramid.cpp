@@ -28,9 +28,9 @@ std::size_t aligned(std::size_t count) {
 
 std::size_t blocks_along(int log) { return std::size_t{1} << log; }
 
-// Patches with fewer quads are not split into strips. Others are split into at most
-// 2^strip_log_limit strips.
+// Patches with fewer quads are not split into strips.
 constexpr int least_quads_per_thread = 1 << 13;
+// Base-2 logarithm of the largest number of strips of a patch.
 constexpr int strip_log_limit = 4;
 
 Box join(Box a, const Box& b) {
@@ -127,8 +127,8 @@ void Pyramid::add_strips(int patch) {
   }
 }
 
-// Sets the pointers in the views. They stay valid when the pyramid is moved, because moving the
-// vectors keeps their arrays in place.
+// Sets the pointers in levels_, patches_ and tree_. They stay valid when the pyramid is moved,
+// because moving a vector keeps its array in place.
 void Pyramid::point_views() {
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     const bool leaf = i + 1 == levels_.size() || levels_[i].patch != levels_[i + 1].patch;
@@ -238,8 +238,8 @@ std::optional<TexelAddress> Pyramid::rebuild_all(int ends, int threads) {
 }
 
 // Rounds the vertices of a strip to float32 and bounds its blocks, one row of leaf blocks after
-// another. A row of parents is built as soon as the rows of its children exist, while they are in
-// the cache.
+// another. A row of parents is built as soon as its rows of children exist, while these are in the
+// cache.
 void Pyramid::rebuild_strip(Strip& strip) {
   const BoxPatch& image = patches_[strip.patch];
   const int leaf_level = levels(strip.patch) - 1;
@@ -277,9 +277,9 @@ void Pyramid::bound_leaf_row(Strip& strip, int v) {
                        blocks_u(strip.patch, level), row(strip, level, v));
 }
 
-// Bounds the steps of row v of the parents of leaf blocks, the finest level with such bounds. The
-// kernels combine the steps by column of vertices, then by column of leaf blocks, then by column of
-// parents.
+// Bounds the steps in row v of the parents of leaf blocks, the finest level with bounds of steps.
+// The kernels combine the steps by column of vertices, then by column of leaf blocks, then by
+// column of parents.
 void Pyramid::bound_step_row(Strip& strip, int v, BoundRow out) {
   const BoxBuildKernels& kernels = box_build_kernels();
   const BoxPatch& image = patches_[strip.patch];
@@ -298,8 +298,8 @@ void Pyramid::bound_step_row(Strip& strip, int v, BoundRow out) {
 }
 
 // Rounds row `row` of the vertices at one end of their paths to float32. Returns false if a vertex
-// is not finite. On a wrapped axis the row after the last repeats row 0. The first row of the next
-// strip is stored in this strip, too.
+// is not finite. On a wrapped axis, the row after the last repeats row 0. A strip also stores the
+// first row of the next strip.
 bool Pyramid::load_row(Strip& strip, int row, int end) {
   const BoxPatch& image = patches_[strip.patch];
   const VertexRows place = vertex_rows(strip, row, row, end);
@@ -337,15 +337,16 @@ VertexRows Pyramid::vertex_rows(const Strip& strip, int first_row, int last_row,
   return rows;
 }
 
-// Returns the scratch row of a level. Rows v and v + 1 have separate memory, except on levels from
-// the strip's top upwards, where the strip has a single row.
+// Returns the memory for row v of a level. Rows v and v + 1 have separate memory on levels where
+// the strip has several rows of blocks.
 BoundRow Pyramid::row(Strip& strip, int level, int v) const {
   const std::size_t stride = aligned(blocks_along(level_of(strip.patch, level).log_u));
   const std::size_t second = level > strip_log_[strip.patch] ? v & 1 : 0;
   return {&strip.rows[strip.row[level] + second * plane_count * stride], stride};
 }
 
-// Builds the rows of parents that row v of leaf blocks completes, up to the top of the strip.
+// Builds the rows of parents that are complete once row v of leaf blocks exists, up to the level on
+// which the strip is one row.
 void Pyramid::finish_row(Strip& strip, int v) {
   const int top = strip_log_[strip.patch];
   for (int level = levels(strip.patch) - 1; level > top; --level) {
@@ -362,8 +363,8 @@ void Pyramid::finish_row(Strip& strip, int v) {
   }
 }
 
-// Builds the levels above the tops of the strips. The first of the strips below a row stores the
-// row.
+// Builds the levels above those that each strip builds by itself. A row of blocks is stored in the
+// first strip below it.
 void Pyramid::join_strips(std::span<Strip> strips) {
   const int patch = strips[0].patch;
   const int top = strip_log_[patch];
@@ -382,7 +383,8 @@ void Pyramid::join_strips(std::span<Strip> strips) {
   }
 }
 
-// Builds row v of a level from the rows of its children. lower.plane is null if v is not split.
+// Builds row v of a level from one or two rows of its children. If the level is not split along v,
+// there is one row, and lower.plane is null.
 void Pyramid::merge_into_parent(int patch, int level, BoundRow upper, BoundRow lower, int v,
                                 BoundRow out) {
   const BoxBuildKernels& kernels = box_build_kernels();
@@ -391,7 +393,7 @@ void Pyramid::merge_into_parent(int patch, int level, BoundRow upper, BoundRow l
   const std::size_t first = static_cast<std::size_t>(v) << parent.log_u;
   BoxGroup* groups = &groups_[places_[patches_[patch].first_level + level].groups + first];
   kernels.store_groups(upper, lower, parent.split_u != 0, blocks, groups);
-  // Leaf blocks have no bounds of steps to merge.
+  // Leaf blocks have no bounds of steps that their parents could merge.
   const bool steps = parts_.tangents && level < levels(patch) - 2;
   const PlaneRange planes{0, steps ? step_planes.end : box_planes.end};
   kernels.merge(upper, lower.plane != nullptr ? lower : upper, planes, parent.split_u != 0, blocks,
@@ -417,12 +419,11 @@ TexelAddress Pyramid::first_unbounded() const {
   }
 }
 
-// Orders the patches by their positions at the first rebuild, so that groups consist of nearby
-// patches.
+// At the first rebuild, orders the patches by position, so that groups consist of nearby patches.
 void Pyramid::order_patches() {
   if (is_ordered_) return;
   is_ordered_ = true;
-  std::vector<std::array<float, 3>> places;  // twice the centres
+  std::vector<std::array<float, 3>> places;  // twice the centre of each patch
   for (const BoxPatch& patch : patches_) {
     places.push_back(
         {patch.low[0] + patch.high[0], patch.low[1] + patch.high[1], patch.low[2] + patch.high[2]});

@@ -16,7 +16,7 @@
 
 namespace weft::bsi {
 
-// The bounding box of vertices rounded to float32, m.
+// An axis-aligned bounding box of vertices that are rounded to float32, m.
 struct Box {
   std::array<float, 3> low{};
   std::array<float, 3> high{};
@@ -29,12 +29,14 @@ struct PatchBlock {
   bool operator==(const PatchBlock&) const = default;
 };
 
+// Optional parts of a pyramid.
 struct PyramidParts {
-  // Bounds of the differences between adjacent vertices (steps). Self traversals use them to skip
-  // whole blocks that cannot touch themselves (docs/theory.md, "The tangent certificate").
-  // Computing them takes more than half of the time of a rebuild.
+  // Bounds of the steps, which are the differences between adjacent vertices. With them, self
+  // traversals skip whole blocks that cannot touch themselves (docs/theory.md, "The tangent
+  // certificate"). Computing them takes more than half of the time of a rebuild.
   bool tangents = true;
-  // Spheres, for pictures and for traversals whose bound is not `box`.
+  // Bounding spheres of the blocks. Traversals whose bound is not `box` need them, and so does
+  // detail_at_levels().
   bool spheres = false;
 };
 
@@ -51,15 +53,16 @@ struct PyramidParts {
 // selects. A box lies exactly inside its parent's box, because minima and maxima round nothing.
 // Boxes bound the vertices rounded to float32; the traversals widen them by the possible rounding.
 //
-// A sphere is centred in its block's box and contains the boxes of all leaf blocks below. Spheres
-// therefore never separate leaves whose boxes overlap. The radius is half the diagonal of the box
-// or, if smaller, the radius that contains the children's spheres. Levels 0 to 3 also use the
-// spheres of level 5 (or of the last level). Every float64 vertex lies inside.
+// The sphere of a block is centred in the block's box and contains the boxes of all leaf blocks
+// below. Spheres therefore never separate leaves whose boxes overlap. The radius is half the
+// diagonal of the box or, if smaller, the radius that contains the children's spheres. Radii on
+// levels 0 to 3 are further reduced to those that contain the spheres of level 5, or of the last
+// level. Every float64 vertex of the block lies inside.
 //
 // Pyramids can be moved, not copied. Const members are safe to call from several threads at once.
 class Pyramid {
  public:
-  // Coordinates of at least this size (m) are treated as not finite.
+  // Coordinates of at least this magnitude (m) count as not finite.
   static constexpr float coordinate_limit = 1e18F;
   // Largest number of quads along an axis of a patch.
   static constexpr int quad_limit = 1 << 17;
@@ -69,19 +72,19 @@ class Pyramid {
   Pyramid(Pyramid&&) = default;
   Pyramid& operator=(Pyramid&&) = default;
 
-  // Rebuilds everything from the positions (m) of the atlas' particles on `threads` threads (0: as
-  // many as OpenMP uses). Any number of threads gives the same bits. O(quads); allocates nothing
-  // after the first call. Returns the first texel whose position is not finite (see
+  // Rebuilds all bounds from the positions (m) of the atlas' particles on `threads` threads (0: the
+  // default of OpenMP). The result has the same bits for any number of threads. O(quads); allocates
+  // nothing after the first call. Returns the first texel whose position is not finite (see
   // coordinate_limit), if any. The pyramid is then unusable until the next rebuild.
   [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions,
                                                     int threads = 0);
-  // Rebuilds everything for straight paths start -> end, m: bounds every vertex at both ends, and
-  // hence all along its path. Otherwise like rebuild(). The first call allocates a second image of
-  // vertices.
+  // Rebuilds all bounds for straight paths start -> end (m). Every vertex is bounded at both ends,
+  // and hence all along its path. Otherwise like rebuild(). The first call also allocates a second
+  // image of vertices.
   [[nodiscard]] std::optional<TexelAddress> rebuild_swept(std::span<const Vec3> start,
                                                           std::span<const Vec3> end,
                                                           int threads = 0);
-  // True after a rebuild that found every position finite.
+  // Returns true if the last rebuild found every position finite.
   bool is_built() const { return built_; }
 
   const Atlas& atlas() const { return atlas_; }
@@ -98,7 +101,7 @@ class Pyramid {
     return sphere(block.patch, block.level, block.u, block.v);
   }
   int group_levels() const { return group_levels_; }
-  // Returns the patches of group u of a level of groups.
+  // Returns the patches of group `u` of a level of groups.
   std::span<const std::int32_t> patches_of_group(int level, int u) const {
     const auto [begin, end] = group_range(patch_count(), level, u);
     return std::span(patch_order_).subspan(begin, end - begin);
@@ -108,33 +111,34 @@ class Pyramid {
   }
   // Returns the box of the whole body.
   Box top() const { return group_levels_ > 0 ? group_box(0, 0) : box(0, 0, 0, 0); }
-  // The largest |coordinate| of the vertices rounded to float32, m.
+  // Returns the largest |coordinate| (m) of the vertices rounded to float32.
   float magnitude() const { return tree_.magnitude; }
   std::size_t bytes() const;
-  // The pyramid as plain pointers, for the kernels of the traversals.
+  // Returns plain pointers to the data of the pyramid, which kernels read.
   const BoxTree& tree() const { return tree_; }
 
  private:
-  // Consecutive rows of leaf blocks of a patch, bounded by one thread, with scratch memory for rows
-  // of bounds.
+  // A strip of a patch: consecutive rows of leaf blocks that one thread bounds, with scratch memory
+  // for rows of bounds.
   struct Strip {
     int patch = 0;
     int index = 0;
-    std::vector<float> rows;       // two rows per level, then the bounds of columns of vertices
-    std::vector<std::size_t> row;  // by level: start of its rows
-    std::size_t columns = 0;
-    // The row of vertices that this strip shares with the next one, at both ends of its path.
+    std::vector<float> rows;       // two rows per level, then bounds of columns of vertices
+    std::vector<std::size_t> row;  // index in `rows` of each level's first row
+    std::size_t columns = 0;       // index in `rows` of the bounds of columns
+    // The row of vertices that this strip shares with the next strip, at both ends of the paths.
     std::array<std::vector<float>, 2> boundary;
     bool finite = true;
   };
-  // The index of a level's first block in groups_ and spheres_, and in tangents_.
+  // Indices of the data of a level's first block: `groups` in groups_ and spheres_, `tangents` in
+  // tangents_.
   struct LevelPlace {
     std::size_t groups = 0;
     std::size_t tangents = 0;
   };
-  // The place of a block: its parent, and its number among the parent's children.
+  // The parent of a block, and the number of the block among the parent's children.
   struct ChildPlace {
-    std::size_t parent = 0;  // index in the level above
+    std::size_t parent = 0;  // index of the parent on its level
     int child = 0;
   };
 
@@ -168,23 +172,23 @@ class Pyramid {
   PyramidParts parts_;
   std::vector<BoxPatch> patches_;
   std::vector<BoxLevel> levels_;
-  std::vector<LevelPlace> places_;         // by level, like levels_
-  std::vector<std::size_t> first_vertex_;  // by patch, into vertices_
-  std::vector<int> strip_log_;             // by patch: log2 of its number of strips
-  std::vector<std::int32_t> boundaries_;   // first quads of the columns of leaf blocks, by patch
-  std::vector<std::size_t> first_boundary_;
+  std::vector<LevelPlace> places_;           // indexed like levels_
+  std::vector<std::size_t> first_vertex_;    // index in vertices_ of each patch's first vertex
+  std::vector<int> strip_log_;               // log2 of each patch's number of strips
+  std::vector<std::int32_t> boundaries_;     // boundaries of the columns of leaf blocks, in quads
+  std::vector<std::size_t> first_boundary_;  // index in boundaries_ of each patch's first boundary
   int group_levels_ = 0;
-  std::vector<std::int32_t> patch_order_;  // each group is a run of these patches
+  std::vector<std::int32_t> patch_order_;  // patches in the order of their groups
   bool is_ordered_ = false;
   std::vector<BoxGroup> groups_;
   std::vector<TangentBounds> tangents_;
-  std::vector<SphereGroup> spheres_;  // indexed like groups_; may be empty
-  std::array<std::vector<float>, 2> vertices_;
+  std::vector<SphereGroup> spheres_;            // indexed like groups_; empty without spheres
+  std::array<std::vector<float>, 2> vertices_;  // vertices at the start and the end of the paths
   std::vector<Box> group_boxes_;
   std::vector<Strip> strips_;
   BoxTree tree_{};
   bool built_ = false;
-  std::array<std::span<const Vec3>, 2> ends_;  // positions, while rebuilding
+  std::array<std::span<const Vec3>, 2> ends_;  // particle positions that a rebuild reads
 };
 
 }  // namespace weft::bsi

@@ -12,9 +12,9 @@ namespace weft::bsi {
 
 namespace {
 
-// Returns a bound (m) of the rounding of a placed box along an axis (docs/theory.md, "A rigid body
-// in its own frame"). The proof needs 28 x 2^-24 of the largest coordinate in the frame and 7 x
-// 2^-24 of the translation. The last term covers underflow.
+// Returns an upper bound (m) of the rounding error of a placed box along an axis (docs/theory.md,
+// "A rigid body in its own frame"). The proof needs 28 x 2^-24 of the largest coordinate in the
+// frame and 7 x 2^-24 of the translation. The last term covers underflow.
 double rounding_of_boxes(double magnitude, double translation) {
   return 0x1p-19 * magnitude + 0x1p-21 * translation + 0x1p-120;
 }
@@ -70,13 +70,13 @@ void RigidPyramid::place(std::span<const RigidFrame> ends, PlacedTree& placed) c
     placed.tree.magnitude = std::max({placed.tree.magnitude, -whole.low[axis], whole.high[axis]});
   }
   assert(placed.tree.magnitude < Pyramid::coordinate_limit);
-  // Spheres are placed by the last frame alone. At the first frame, a vertex is at most `way` from
-  // its place at the last.
+  // Spheres are placed by the last frame alone. The positions of a vertex in the first and the last
+  // frame are at most `way` (m) apart.
   const RigidFrame &first = ends.front(), &last = ends.back();
   const double way = (last.rotation - first.rotation).norm() * radius_ +
                      (last.translation - first.translation).norm();
-  // Along each axis, every point of a leaf's box is within this distance of every vertex of the
-  // leaf at the last frame.
+  // Along each axis, a point of a leaf's box is at most `side` (m) from every vertex of the leaf at
+  // the last frame.
   const double side = largest_quad_ + way;
   placed.beyond_spheres = static_cast<double>(root_of_three) * side * (1 + 0x1p-40) +
                           2 * static_cast<double>(placement.rounding);

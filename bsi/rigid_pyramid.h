@@ -9,12 +9,12 @@
 
 namespace weft::bsi {
 
-// A rigid placement: point p of the body's frame lies at rotation * p + translation, m.
+// A placement of a rigid body: point p of the body's frame lies at rotation * p + translation, m.
 struct RigidFrame {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Vec3 translation{0, 0, 0};
-  // Returns the place of a point, m. It sums from left to right, as the kernels do, so that both
-  // round alike.
+  // Returns the position (m) in space of point p. The terms are summed from left to right, as in
+  // the kernels, so that both results round alike.
   Vec3 place(const Vec3& p) const {
     Vec3 placed;
     for (int i = 0; i < 3; ++i) {
@@ -25,8 +25,8 @@ struct RigidFrame {
   }
 };
 
-// The tree of a rigid pyramid, placed in space. It refers to the pyramid and to its own placement,
-// so it can be neither moved nor copied.
+// The tree of a rigid pyramid, placed in space. `tree` points to the pyramid's data and to
+// `placement`, so the object can be neither moved nor copied.
 struct PlacedTree {
   PlacedTree() = default;
   PlacedTree(const PlacedTree&) = delete;
@@ -34,40 +34,39 @@ struct PlacedTree {
   BoxTree tree{};
   BoxPlacement placement{};
   // Upper bound (m) of how far the axis-aligned box of a placed leaf extends beyond the placed
-  // sphere of its block.
+  // sphere of its block. It has no meaning without spheres.
   double beyond_spheres = 0;
 };
 
-// A pyramid in the frame of a rigid body. In space, the axis-aligned box around a rotated box is
-// larger, by a factor of up to the square root of three. A query therefore tests more blocks than
-// in a rebuilt pyramid. The result is the same, because the boxes of the leaves come from placed
-// vertices.
+// A pyramid in the frame of a rigid body. In space, a rotated box is enclosed in an axis-aligned
+// box, which is larger in general. A query therefore tests more blocks than in a rebuilt pyramid.
+// The result is the same, because the boxes of the leaves come from placed vertices.
 //
-// Rounding is proportional to the largest coordinate in the frame and to the translation. It is
+// Rounding errors grow with the largest coordinate in the frame and with the translation. They are
 // smallest if the body lies around the origin of its frame.
 class RigidPyramid {
  public:
-  // `positions` are those of the particles in the body's frame, m. Throws std::invalid_argument
-  // unless all are finite and below Pyramid::coordinate_limit. No steps are bounded: a body that
-  // keeps its shape needs no self traversal.
+  // `positions` are the particles' positions in the body's frame, m. Throws std::invalid_argument
+  // unless all are finite and below Pyramid::coordinate_limit. The pyramid has no bounds of steps,
+  // because a body that keeps its shape needs no self traversal.
   RigidPyramid(const Atlas& atlas, std::vector<Vec3> positions, bool spheres, int threads = 0);
 
   const Pyramid& pyramid() const { return pyramid_; }
   std::span<const Vec3> positions() const { return positions_; }
-  // Places the tree by one frame, or by the frames at the start and the end of a step. Its boxes
-  // then bound every vertex at both ends and on the straight path between them. `placed` refers to
-  // this object.
+  // Places the tree by one frame, or by the frames at the start and the end of a path. With two
+  // frames, boxes bound every vertex at both ends and on the straight path between them. `placed`
+  // keeps pointers to data of this object.
   void place(std::span<const RigidFrame> ends, PlacedTree& placed) const;
 
  private:
   Pyramid pyramid_;
   std::vector<Vec3> positions_;
-  double radius_ = 0;        // m, largest distance of a particle from the origin of the frame
-  double largest_quad_ = 0;  // m, largest distance of two corners of a quad
+  double radius_ = 0;        // m, largest distance of a particle from the frame's origin
+  double largest_quad_ = 0;  // m, largest distance of two corners of a quad; 0 without spheres
 };
 
-// Returns a box in space that contains the box `own` of the frame once it is placed. It also
-// contains the box that the kernels compute for `own`.
+// Returns a box in space that contains the box `own` of the frame at every end of its path. It also
+// contains the box that the kernels compute for `own`. Precondition: `tree` has a placement.
 Box placed_box(const BoxTree& tree, const Box& own);
 
 }  // namespace weft::bsi

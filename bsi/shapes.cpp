@@ -18,7 +18,7 @@ namespace {
 template <typename Position>
 Surface make_patch(const Patch& patch, Position position) {
   Surface surface;
-  surface.atlas = Atlas({patch});  // comes first because it checks the size
+  surface.atlas = Atlas({patch});  // first, because it checks the size
   surface.positions.reserve(surface.atlas.particle_count());
   for (int row = 0; row < patch.rows; ++row) {
     for (int col = 0; col < patch.cols; ++col) surface.positions.push_back(position(row, col));
@@ -28,7 +28,7 @@ Surface make_patch(const Patch& patch, Position position) {
 
 double turn(int index, int count) { return 2 * std::numbers::pi * index / count; }
 
-// The angles of the columns of a surface of revolution. They begin at the x axis and run
+// The angles (radians) of the columns of a surface of revolution. They begin at the x axis and run
 // counter-clockwise seen from +z. A sector of 360 degrees is closed.
 struct Sector {
   explicit Sector(double degrees, int cols) : angle_deg(degrees), count(cols) {
@@ -46,14 +46,14 @@ struct Sector {
   int count;
 };
 
-// A point of the profile of a surface of revolution, m.
+// A point of the profile of a surface of revolution.
 struct ProfilePoint {
-  double distance;  // from the z axis
-  double z;
+  double distance;  // distance from the z axis, m
+  double z;         // m
 };
 
-// Revolves a profile around the z axis. profile(v) returns its point at v = 0 (first row) to 1
-// (last row).
+// Revolves a profile around the z axis. profile(v) returns the profile's point for v from 0 (first
+// row) to 1 (last row).
 template <typename Profile>
 Surface revolve(int rows, int cols, double angle_deg, Profile profile) {
   const Sector sector(angle_deg, cols);
@@ -142,7 +142,7 @@ Surface cut_into_patches(const Surface& surface, int patch_rows, int patch_cols)
     throw std::invalid_argument("the image does not divide into patches of equal size");
   }
   const int quad_rows = whole.quad_rows() / patch_rows, quad_cols = whole.quad_cols() / patch_cols;
-  Patch patch = whole;  // an axis that is not cut stays closed if it is
+  Patch patch = whole;  // an axis that is not cut keeps its wrap
   if (patch_rows > 1) {
     patch.rows = quad_rows + 1;
     patch.wrap_v = false;
@@ -181,8 +181,8 @@ void check_finite(const Atlas& atlas, const std::vector<Vec3>& texels) {
   }
 }
 
-// Returns for each texel the first texel to which it is sewn, or itself. Border texels at one
-// position are sewn only if they belong to more than one patch.
+// Returns, for each texel, the first texel to which it is sewn, or itself. Border texels at the
+// same position are sewn only if they belong to more than one patch.
 std::vector<int> sew(const Atlas& atlas, const std::vector<Vec3>& texels) {
   std::vector<int> first_of(texels.size());
   std::iota(first_of.begin(), first_of.end(), 0);

@@ -11,8 +11,8 @@ double bounding_sphere_gap(const Sphere& first, const Sphere& second) {
   const auto centre_of = [](const Sphere& sphere) {
     return Eigen::Vector3d(sphere.x, sphere.y, sphere.z);
   };
-  // The distance is rounded by less than 4 x 2^-53 of itself, the sum of the radii by less than
-  // 2^-53. The factor covers both.
+  // Rounding changes the distance of the centres by less than 4 x 2^-53 of itself, and the sum of
+  // the radii by less than 2^-53 of itself. The factor covers both.
   const double distance = (centre_of(first) - centre_of(second)).norm() * (1 - 0x1p-49);
   const double radii = static_cast<double>(first.radius) + static_cast<double>(second.radius);
   return std::max(0.0, distance - radii);

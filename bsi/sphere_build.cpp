@@ -13,11 +13,11 @@ namespace weft::bsi {
 
 namespace {
 
-// Levels with fewer blocks are built by a single thread.
+// A level with fewer blocks is built by a single thread.
 constexpr int least_blocks_per_team = 1 << 12;
 
-// Circumscribes a sphere about the box of each child, with half the diagonal as its radius. An
-// absent child gets NaN as its centre.
+// Circumscribes a sphere about the box of each of a block's children. The centre of an absent child
+// is set to NaN.
 void surround_boxes(const BoxGroup& boxes, SphereGroup& spheres) {
 #pragma omp simd
   for (int child = 0; child < 4; ++child) {
@@ -36,7 +36,8 @@ void surround_boxes(const BoxGroup& boxes, SphereGroup& spheres) {
   }
 }
 
-// Returns the radius around `centre` that contains the spheres of a block's children.
+// Returns the radius (m) of a sphere around `centre` that contains the spheres of a block's
+// children.
 float reach_of_children(const SphereGroup& children, const float (&centre)[3]) {
   float reach[4];
 #pragma omp simd
@@ -51,13 +52,13 @@ float reach_of_children(const SphereGroup& children, const float (&centre)[3]) {
   return largest * round_up + radius_floor;
 }
 
-// Radii near the top of a patch are loose, because each level encloses spheres that already exceed
-// their boxes. Levels 0 to tight_level - 2 are therefore bounded from the spheres of tight_level,
-// too.
+// The spheres of this level (or of the last level, if there are fewer) also bound the radii of
+// levels 0 to tight_level - 2. Those radii would otherwise be loose, because each level encloses
+// spheres that already exceed their boxes.
 constexpr int tight_level = 5;
 
-// Returns the radius around `centre` that contains all spheres below block (u, v) of `level` on one
-// finer level. `parents` is the level above these spheres.
+// Returns the radius (m) of a sphere around `centre` that contains the spheres of all descendants
+// of block (u, v) on one finer level. `parents` is the level above that finer level.
 float reach_of_descendants(const BoxLevel& level, const BoxLevel& parents, int u, int v,
                            const float (&centre)[3]) {
   const int log_u = parents.log_u - level.log_u, log_v = parents.log_v - level.log_v;
@@ -71,7 +72,7 @@ float reach_of_descendants(const BoxLevel& level, const BoxLevel& parents, int u
   return largest;
 }
 
-// Computes the spheres of the children of block (u, v) of `level`. The level of these children is
+// Computes the spheres of the children of block (u, v) of `level`. The children are on the level
 // `below`.
 void bound_children(const BoxLevel& level, const BoxLevel& below, int u, int v,
                     SphereGroup& spheres) {

@@ -25,8 +25,8 @@ std::size_t count_pairs(std::span<const LeafBlockPair> blocks) {
 
 namespace {
 
-// Returns the margin, but at most four times the coordinate limit. A larger margin would not change
-// the result and could overflow.
+// Returns the margin (m), but at most four times the coordinate limit. A larger margin would not
+// change the result and could overflow.
 double largest_margin_that_counts(double margin) {
   return std::min(margin, 4.0 * static_cast<double>(Pyramid::coordinate_limit));
 }
@@ -36,8 +36,8 @@ std::uint64_t next_serial() {
   return ++last;
 }
 
-// Makes a query. `second` is the tree of a second pyramid, or a tree placed in space. Precondition:
-// the pyramids have the spheres that the bound needs.
+// Makes the query of a traversal. `second` is the tree of a second pyramid, or a tree placed in
+// space. Precondition: both trees have the spheres that options.bound needs.
 DescentQuery query_of(const Pyramid& first, const BoxTree& second, bool self,
                       const TraversalOptions& options) {
   assert(first.is_built());
@@ -73,7 +73,7 @@ bool overlap(const Box& a, const Box& b, float half) {
   return true;
 }
 
-// The pairs of patches from which descents start, found by descending the groups above the patches.
+// Finds the pairs of patches from which descents start. It descends the groups above the patches.
 class PatchPairs {
  public:
   PatchPairs(const Pyramid& first, const Pyramid& second, const DescentQuery& query)
@@ -85,7 +85,7 @@ class PatchPairs {
   }
 
  private:
-  // Group u of a level or, if level == levels, patch u.
+  // A node of the tree of groups: group `u` of a level or, if level == levels, patch `u`.
   struct Node {
     int level, u, levels;
     bool is_patch() const { return level == levels; }
@@ -113,7 +113,7 @@ class PatchPairs {
     if (query_.b->placement != nullptr) box_b = placed_box(*query_.b, box_b);
     if (!overlap(box_of(first_, a), box_b, query_.half_margin)) return;
     if (a.is_patch() && b.is_patch()) {
-      // Within one body, a pair names the lower patch first, although groups hold patches in any
+      // Within one body, the lower patch comes first in a pair, although groups hold patches in any
       // order.
       const bool is_turned = query_.self && a.u > b.u;
       found_.push_back({{first_.tree().patches[is_turned ? b.u : a.u].first_level, 0, 0},
@@ -140,8 +140,8 @@ void add(TraversalCounters& total, const DescentCounters& part) {
   total.certified += part.certified;
 }
 
-// Replaces each pair of blocks by the pairs of their children. Leaf blocks, and pairs that `keep`
-// selects, are kept. Returns false if no pair was replaced.
+// Replaces each pair of blocks by the pairs of their children whose bounds overlap. Pairs of two
+// leaf blocks, and pairs that `keep` selects, stay. Returns false if no pair was replaced.
 template <class Keep>
 bool expand_all(const DescentQuery& query, std::vector<NodePair>& pairs, DescentCounters& counters,
                 const Keep& keep) {
@@ -162,8 +162,8 @@ bool expand_all(const DescentQuery& query, std::vector<NodePair>& pairs, Descent
   return expanded;
 }
 
-// Returns pairs of blocks from which descents start: at least 256 if possible, to share among
-// threads. They do not depend on the number of threads.
+// Returns the pairs of blocks from which descents start: at least 256 if possible, to be shared
+// among threads. They do not depend on the number of threads.
 std::vector<NodePair> frontier(const Pyramid& first, const Pyramid& second,
                                const DescentQuery& query, DescentCounters& counters) {
   constexpr std::size_t enough = 256;
@@ -174,8 +174,8 @@ std::vector<NodePair> frontier(const Pyramid& first, const Pyramid& second,
   return pairs;
 }
 
-// Appends the results of descents to a vector. `Sink` is BlockSink or PairSink, `Found` the type of
-// its elements.
+// Appends the results of descents to a vector. `Sink` is BlockSink or PairSink, and `Found` is the
+// type of the results.
 template <class Sink, class Found>
 class Collector {
  public:
@@ -200,8 +200,8 @@ class Collector {
 
 int team_of(int threads) { return threads > 0 ? threads : omp_get_max_threads(); }
 
-// Runs work(i, sink, counters) for i = 0 .. count - 1, shared in chunks among threads, and appends
-// the results in the order of i.
+// Calls work(i, sink, counters) for i = 0 .. count - 1, shared in chunks among threads. Appends the
+// results in the order of i.
 template <class Sink, class Found, class Work>
 void collect(int count, int chunk, int threads, std::vector<Found>& found,
              DescentCounters& counters, const Work& work) {
@@ -216,10 +216,10 @@ void collect(int count, int chunk, int threads, std::vector<Found>& found,
     return;
   }
   const int chunks = (count + chunk - 1) / chunk;
-  // The calling thread keeps this memory: allocating it for each query would add half the query's
-  // cost.
+  // The calling thread keeps the memory of the results. Allocating it for each query would add half
+  // the query's cost.
   thread_local std::vector<std::vector<Found>> kept;
-  std::vector<std::vector<Found>>& parts = kept;  // a reference, which the team's threads can use
+  std::vector<std::vector<Found>>& parts = kept;  // each thread has a `kept` of its own
   parts.resize(std::max<std::size_t>(parts.size(), chunks));
   std::vector<DescentCounters> tests(chunks);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(team)
@@ -246,7 +246,7 @@ void traverse(const Pyramid& first, const Pyramid& second, const DescentQuery& q
               std::vector<LeafBlockPair>& blocks, TraversalCounters& counters) {
   DescentCounters tests{};
   const std::vector<NodePair> starts = frontier(first, second, query, tests);
-  // With fewer starts, a team of threads costs more than it saves.
+  // With fewer starting pairs, a team of threads costs more than it saves.
   constexpr std::size_t few = 64;
   if (starts.size() < few) threads = 1;
   const DescentKernels& kernels = descent_kernels();
@@ -260,7 +260,7 @@ void traverse(const Pyramid& first, const Pyramid& second, const DescentQuery& q
   add(counters, tests);
 }
 
-// Makes a query with only those fields that determine the numbers of leaves.
+// Makes a query with only the fields that number() reads.
 DescentQuery numbering(const Pyramid& first, const Pyramid& second, bool self, Leaf leaf) {
   DescentQuery query{};
   query.a = &first.tree();
@@ -292,7 +292,7 @@ void append_numbers(const DescentQuery& query, std::span<const LeafBlockPair> bl
     }
     return;
   }
-  // The pairs of chunk c start at place[c].
+  // Chunk c writes its pairs from index place[c] on.
   std::vector<std::size_t> place(chunks + 1, pairs.size());
   for (int c = 0; c < chunks; ++c) place[c + 1] = place[c] + count_pairs(chunk(c));
   pairs.resize(place[chunks]);
@@ -312,8 +312,8 @@ void traverse(const Pyramid& first, const Pyramid& second, const DescentQuery& q
   append_numbers(query, blocks, options.threads, pairs);
 }
 
-// Frees memory of CacheLineAllocator. Such memory is not initialised, whereas a vector would write
-// all of it.
+// Frees memory that CacheLineAllocator has allocated. The memory is not initialised, whereas a
+// vector would write to all of it.
 struct FreeAligned {
   void operator()(std::byte* memory) const {
     CacheLineAllocator<std::byte>().deallocate(memory, 0);
@@ -329,7 +329,7 @@ void traverse_blocks(const Pyramid& first, const Pyramid& second, const DescentQ
                      int level, std::vector<BlockPair>& pairs, TraversalCounters& counters) {
   DescentCounters tests{};
   std::vector<NodePair> nodes = PatchPairs(first, second, query).find();
-  // Each expansion moves both blocks of a pair one level down. Leaf blocks stay.
+  // Each expansion replaces both blocks of a pair by blocks one level down. Leaf blocks stay.
   for (int i = 0; i < level; ++i) {
     if (!expand_all(query, nodes, tests, [](const NodePair&) { return false; })) break;
   }
@@ -342,8 +342,8 @@ void traverse_blocks(const Pyramid& first, const Pyramid& second, const DescentQ
 
 float half_margin(double margin, float magnitude_a, float magnitude_b) {
   margin = largest_margin_that_counts(margin);
-  // Rounding moves a coordinate of a vertex by at most 2^-24 of the magnitude, or by 2^-126 if it
-  // is flushed to zero.
+  // Rounding to float32 moves a coordinate by at most 2^-24 of the magnitude, or by 2^-126 if the
+  // result is flushed to zero.
   const double rounding =
       0x1p-23 * (static_cast<double>(magnitude_a) + static_cast<double>(magnitude_b)) + 0x1p-124;
   return rounded_up(0.5 * (margin + rounding));
@@ -357,8 +357,8 @@ float sphere_reach(float half, float magnitude_a, float magnitude_b) {
 }
 
 double certificate_margin(double margin, float magnitude) {
-  // Rounding the vertices to float32, and the steps between them, shortens a distance by less than
-  // 2^-20 of the magnitude (docs/theory.md, "The tangent certificate").
+  // Rounding the vertices to float32, and then the steps between them, shortens a distance by less
+  // than 2^-20 of the magnitude (docs/theory.md, "The tangent certificate").
   return margin + 0x1p-20 * static_cast<double>(magnitude) + 0x1p-124;
 }
 

@@ -40,16 +40,16 @@ bool segments_meet(const Point3& p, const Point3& q, const Point3& a, const Poin
     const int side_b = projected_orientation(p, q, b, axis);
     const int side_p = projected_orientation(a, b, p, axis);
     const int side_q = projected_orientation(a, b, q, axis);
-    // If some triangle of these points has area in a projection, the projection is one-to-one on
-    // their common plane.
+    // If three of these points form a triangle with area in a projection, the projection is
+    // one-to-one on the common plane.
     if (side_a != 0 || side_b != 0 || side_p != 0 || side_q != 0)
       return side_a * side_b <= 0 && side_p * side_q <= 0;
   }
-  return true;  // all on one line: segments overlap if their boxes do
+  return true;  // all points are on one line, and the boxes overlap
 }
 
-// Returns true if a point on the plane of a triangle is inside it; false for triangles without
-// area.
+// Returns true if a point on the plane of a triangle is inside the triangle. Returns false if the
+// triangle has no area.
 bool is_inside(const Point3& point, const Triangle3& triangle) {
   for (int axis = 0; axis < 3; ++axis) {
     const int whole = projected_orientation(triangle[0], triangle[1], triangle[2], axis);
@@ -63,8 +63,8 @@ bool is_inside(const Point3& point, const Triangle3& triangle) {
   return false;
 }
 
-// Returns the side of the plane of `triangle` on which each corner of `other` lies; 0 is on the
-// plane.
+// Returns the side (-1, 0, 1) of the plane of `triangle` on which each corner of `other` lies. On
+// the plane itself the side is 0.
 std::array<int, 3> sides_of(const Triangle3& triangle, const Triangle3& other) {
   std::array<int, 3> side;
   for (int corner = 0; corner < 3; ++corner)
@@ -83,8 +83,8 @@ bool segment_meets_triangle(const Point3& p, const Point3& q, int side_p, int si
     return is_inside(p, triangle) || segments_meet(p, q, a, b) || segments_meet(p, q, b, c) ||
            segments_meet(p, q, c, a);
   }
-  // The segment meets the plane in one point. The point is in the triangle unless the line passes
-  // two edges on different sides.
+  // The segment meets the plane in one point. That point is in the triangle unless the line through
+  // p and q passes two edges on opposite sides.
   const int side_ab = orientation(p, q, a, b);
   const int side_bc = orientation(p, q, b, c);
   if (side_ab * side_bc < 0) return false;
@@ -133,8 +133,8 @@ bool has_area(const Triangle3& triangle) {
 }
 
 // Returns true if the interiors of two coplanar triangles overlap. Precondition: both have area.
-// The interiors are disjoint if the line of some edge has the whole other triangle on its outer
-// side.
+// The interiors are disjoint if and only if the line of some edge has the other triangle entirely
+// on its outer side.
 bool insides_overlap(const Triangle3& a, const Triangle3& b) {
   int axis = 0;
   while (projected_orientation(a[0], a[1], a[2], axis) == 0) ++axis;
@@ -154,8 +154,8 @@ bool insides_overlap(const Triangle3& a, const Triangle3& b) {
   return !separates(a, b) && !separates(b, a);
 }
 
-// Returns true if a point is in the triangle. Precondition: the point is on the plane of the
-// triangle, if the triangle has area.
+// Returns true if a point is in the triangle. Precondition: the triangle has no area, or the point
+// is on its plane.
 bool contains(const Triangle3& triangle, const Point3& point) {
   if (is_inside(point, triangle)) return true;
   for (int edge = 0; edge < 3; ++edge)
@@ -165,7 +165,7 @@ bool contains(const Triangle3& triangle, const Point3& point) {
 
 Vec3 to_vector(const Point3& point) { return {point[0], point[1], point[2]}; }
 
-// Returns the point between p and q whose distances from them are in the ratio from_p : from_q.
+// Returns the point between p and q whose distances from p and q are in the ratio from_p : from_q.
 Point3 point_between(const Point3& p, const Point3& q, double from_p, double from_q) {
   const double sum = from_p + from_q;
   const double t = sum > 0 ? from_p / sum : 0.5;
@@ -173,8 +173,8 @@ Point3 point_between(const Point3& p, const Point3& q, double from_p, double fro
   return {point.x(), point.y(), point.z()};
 }
 
-// Returns the point where p-q crosses the plane of the triangle. Precondition: p and q are strictly
-// on opposite sides.
+// Returns the point where the segment p-q crosses the plane of the triangle. Precondition: p and q
+// are strictly on opposite sides of the plane.
 Point3 plane_point(const Point3& p, const Point3& q, const Triangle3& triangle) {
   const Vec3 corner = to_vector(triangle[0]);
   const Vec3 normal = (to_vector(triangle[1]) - corner).cross(to_vector(triangle[2]) - corner);
@@ -182,14 +182,15 @@ Point3 plane_point(const Point3& p, const Point3& q, const Triangle3& triangle) 
                        std::abs(normal.dot(to_vector(q) - corner)));
 }
 
-// Returns the point where p-q crosses the line of a-b. Precondition: both lie in one plane.
+// Returns the point where the segment p-q crosses the line of a-b. Precondition: both lie in one
+// plane.
 Point3 crossing_point(const Point3& p, const Point3& q, const Point3& a, const Point3& b) {
   const Vec3 along = to_vector(b) - to_vector(a);
   return point_between(p, q, along.cross(to_vector(p) - to_vector(a)).norm(),
                        along.cross(to_vector(q) - to_vector(a)).norm());
 }
 
-// Returns true if two segments in one plane cross in the interior of both.
+// Returns true if two segments in one plane cross at an inner point of both.
 bool segments_cross(const Point3& p, const Point3& q, const Point3& a, const Point3& b) {
   for (int axis = 0; axis < 3; ++axis) {
     const int pq = projected_orientation(p, q, a, axis) * projected_orientation(p, q, b, axis);
@@ -199,7 +200,8 @@ bool segments_cross(const Point3& p, const Point3& q, const Point3& a, const Poi
   return false;
 }
 
-// The border of a triangle as pairs of corners: three edges, or one segment if it has no area.
+// The border of a triangle as pairs of corners: three edges, or one segment if the triangle has no
+// area.
 struct Border {
   std::array<std::array<int, 2>, 3> edge{{{0, 1}, {1, 2}, {2, 0}}};
   int count = 3;
@@ -213,10 +215,10 @@ struct Border {
   }
 };
 
-// The points that determine the intersection of two triangles if it has no area, of three kinds.
-// One is a corner of one triangle in the other, one a crossing of the interiors of two edges. The
-// third is a point where the interior of an edge passes through the interior of the other triangle.
-// Points of different kinds, or from different edges, never coincide.
+// The points that determine the intersection of two triangles if it has no area. There are three
+// kinds: corners of one triangle in the other, crossings of two edges at inner points, and points
+// where an edge pierces the interior of the other triangle. Points of different kinds, or from
+// different edges, never coincide.
 class CommonPoints {
  public:
   CommonPoints(const Triangle3& a, const Triangle3& b) {
@@ -241,7 +243,7 @@ class CommonPoints {
     if (count_ == 0) return {};
     if (count_ == 1) return {IntersectionKind::point, {point_[0], point_[0]}};
     TriangleIntersection found{IntersectionKind::edge, {point_[0], point_[1]}};
-    double longest = 0;  // three or more points lie on one line
+    double longest = 0;  // all points lie on one line; the ends are farthest apart
     for (int i = 0; i < count_; ++i) {
       for (int j = i + 1; j < count_; ++j) {
         const double length = (to_vector(point_[i]) - to_vector(point_[j])).squaredNorm();
@@ -268,8 +270,8 @@ class CommonPoints {
     }
   }
 
-  // Adds the points where an edge passes through the interior of the triangle. Such an edge has its
-  // ends on two sides of the plane, and its line passes all three edges of the triangle on the same
+  // Adds the points where an edge pierces the interior of the triangle. The ends of such an edge
+  // are on two sides of the plane, and its line passes all three edges of the triangle on the same
   // side.
   void add_piercings(const Triangle3& edges, const Border& border, const std::array<int, 3>& sides,
                      const Triangle3& triangle, const int (&volume)[3][3]) {

@@ -20,13 +20,13 @@ class Background {
  private:
   static constexpr int steps = 4096;
   int width_;
-  // The sine of the elevation of the line of sight at a pixel is (start + across * x + down * y) /
-  // distance. x and y are relative to the picture's middle, and `distance` is from the eye, all in
-  // pixels.
+  // The line of sight through a pixel rises at an angle whose sine is
+  //   (start_ + across_ * x + down_ * y) / sqrt(focal_length_^2 + x^2 + y^2).
+  // x and y (pixels) are counted from the middle of the picture, y downwards.
   float start_, across_, down_;
   float middle_x_, middle_y_, focal_length_;
-  std::array<std::array<std::uint8_t, 3>, steps + 1>
-      colours_;  // by the sine of the elevation, -1..1
+  // sRGB colours. Their indices 0 to `steps` stand for sines of the elevation from -1 to 1.
+  std::array<std::array<std::uint8_t, 3>, steps + 1> colours_;
 };
 
 }  // namespace weft::gpu

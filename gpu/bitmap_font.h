@@ -9,15 +9,15 @@
 
 namespace weft::gpu {
 
-// Pixels that a character takes at scale 1, including the space around it.
+// Size of a character in pixels at scale 1, including the gaps to its neighbours.
 inline constexpr int character_width = 6, character_height = 13;
 
 // Red, green and blue of a pixel, sRGB.
 using PixelColour = std::array<std::uint8_t, 3>;
 
 // Writes a line of text whose upper left corner is at the pixel (left, top). Each pixel of the font
-// becomes scale x scale pixels. Parts beyond the picture are left out. Characters that are not
-// printable ASCII appear as '?'. Precondition: scale >= 1.
+// becomes scale x scale pixels. Pixels outside the picture are skipped. A character that is not
+// printable ASCII appears as '?'. Precondition: scale >= 1.
 void draw_text(Picture& picture, int left, int top, int scale, const PixelColour& colour,
                std::string_view text);
 

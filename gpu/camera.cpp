@@ -1,4 +1,4 @@
-// Places a camera so that it sees points or a box whole.
+// Cameras that see all of some points or a box, and the tolerance of detail that a camera allows.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
@@ -11,14 +11,17 @@
 namespace weft::gpu {
 namespace {
 
-constexpr double margin = 1.1;  // the picture's size divided by the size that the points need
+constexpr double picture_margin =
+    1.1;  // size of the picture divided by the size of the points in it
 
-// Finds places of the eye from which all points are seen, along one axis of the picture. A point is
-// seen if its slope |across - eye_across| / (eye_depth - depth) is at most that of the picture's
-// edge.
+// Finds a position of the eye from which the picture contains all points along one of its axes.
+// Points have the coordinates `across`, along this axis, and `depth`, towards the eye (m). A point
+// is in the picture if its slope |across - eye_across| / (eye_depth - depth) is at most the slope
+// of the picture's edge.
 struct Axis {
-  std::vector<Eigen::Vector2d> points;  // across the picture, and depth towards the eye
+  std::vector<Eigen::Vector2d> points;  // (across, depth), m
 
+  // Returns the largest across * x + depth * y of all points (x, y).
   double largest(double across, double depth) const {
     double value = -std::numeric_limits<double>::infinity();
     for (const Eigen::Vector2d& point : points) {
@@ -26,13 +29,13 @@ struct Axis {
     }
     return value;
   }
-  // Returns the nearest depth of the eye at which all points fit between lines of this slope. At
-  // that depth the highest falling line meets the lowest rising one.
+  // Returns the smallest depth of an eye that sees all points, if the picture's edges have this
+  // slope. The lines of sight along both edges then touch the points and meet in the eye.
   double nearest_eye(double slope) const {
     return 0.5 * (largest(1, slope) + largest(-1, slope)) / slope;
   }
-  // Returns the eye's place across, at this depth, from which the extreme points on both sides are
-  // at the same angle. It is the root of a decreasing function.
+  // Returns the eye's coordinate `across` for which the points reach equally far to both sides of
+  // the picture, at this depth of the eye. Bisection finds it as the root of a monotonic function.
   double middle(double eye_depth) const {
     double low = -largest(-1, 0);
     double high = largest(1, 0);
@@ -94,7 +97,7 @@ Camera camera_for_points(std::span<const Vec3> points, double aspect) {
     across.points.emplace_back(right.dot(offset), backward.dot(offset));
     upwards.points.emplace_back(up.dot(offset), backward.dot(offset));
   }
-  const double slope = std::tan(camera.field_of_view_deg * std::numbers::pi / 360) / margin;
+  const double slope = std::tan(camera.field_of_view_deg * std::numbers::pi / 360) / picture_margin;
   const double distance = std::max(across.nearest_eye(slope * aspect), upwards.nearest_eye(slope));
   camera.target = centre + across.middle(distance) * right + upwards.middle(distance) * up;
   camera.eye = camera.target + distance * backward;
@@ -106,9 +109,10 @@ Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect) {
   return camera_for_points(corners_of_box(lowest, highest), aspect);
 }
 
-// Derivation: consider an offset d at distance r from the eye, at the angle a from the picture's
-// axis. It moves a point by at most d / (r cos^2 a) in the plane at distance 1. A pixel of that
-// plane is 2 slope / height. The angle is largest in the corners of the picture.
+// Derivation: consider an offset d of a point at distance r from the eye, at the angle a from the
+// camera's axis. In the plane at distance 1, it moves the point's image by at most d / (r cos^2 a).
+// A pixel of that plane has the side 2 slope / height. The angle is largest in the picture's
+// corners.
 bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height, double pixels) {
   assert(pixels >= 0);
   const double slope = std::tan(camera.field_of_view_deg * std::numbers::pi / 360);

@@ -9,14 +9,14 @@
 
 namespace weft::gpu {
 
-// A map from numbers (places) in 0..1 to colours, stored as a table.
+// A map from numbers in 0..1 to colours, stored as a table.
 class ColourMap {
  public:
   // Interpolates between evenly spaced colours, 0xRRGGBB in sRGB. Precondition: at least two
   // colours.
   explicit ColourMap(std::span<const std::uint32_t> srgb);
-  // Returns the colour of a place. A place beyond 0..1 has the colour of the nearer end, NaN has
-  // no_value_colour().
+  // Returns the colour of the number `place`. A number outside 0..1 has the colour of the nearer
+  // end. NaN has no_value_colour().
   const Colour& at(float place) const;
 
  private:
@@ -24,12 +24,13 @@ class ColourMap {
   std::array<Colour, steps + 1> colours_;
 };
 
-// Viridis, from dark violet to yellow. The lightness (CIE L*) grows evenly, so that eyes of any
-// colour vision see the same order and the same differences.
+// Viridis, from dark violet to yellow. Its lightness (CIE L*) grows evenly, so colour-blind readers
+// see the same order.
 const ColourMap& sequential_colours();
-// Moreland's cool to warm, from blue over a light grey at 0.5 to red. Both ends are equally dark.
+// Moreland's cool-to-warm map, from blue through a light grey at 0.5 to red. Both ends are equally
+// dark.
 const ColourMap& diverging_colours();
-// The grey of places that are NaN; no map contains it.
+// The grey that stands for NaN. Neither of the two maps above contains it.
 const Colour& no_value_colour();
 
 }  // namespace weft::gpu

@@ -1,4 +1,4 @@
-// Groups of patches above the patches of a ComputePyramid.
+// The groups of patches of a ComputePyramid.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,8 +13,8 @@ namespace {
 
 using Place = std::array<float, 3>;
 
-// Returns twice the centre of the box of a patch's float32 vertices, as bsi::Pyramid computes it,
-// or nothing if a vertex is not finite.
+// Returns twice the centre of the box of a patch's float32 vertices, as bsi::Pyramid computes it.
+// Returns nothing if a vertex is not finite or reaches bsi::Pyramid::coordinate_limit.
 std::optional<Place> place_of_patch(const bsi::Atlas& atlas, int patch, const BodyImage& image) {
   constexpr float far = std::numeric_limits<float>::max();
   Place low{far, far, far}, high{-far, -far, -far};
@@ -42,7 +42,7 @@ void ComputePyramid::Device::order_patches(const BodyImage& image) {
   std::vector<Place> places;
   for (int patch = 0; patch < static_cast<int>(body.patches.size()); ++patch) {
     const std::optional<Place> place = place_of_patch(body.atlas, patch, image);
-    if (!place) return;  // the next rebuild orders them
+    if (!place) return;  // the next rebuild tries again
     places.push_back(*place);
   }
   body.patch_order = bsi::order_by_place(places);
@@ -50,8 +50,8 @@ void ComputePyramid::Device::order_patches(const BodyImage& image) {
   write_groups(body);
 }
 
-// Writes the children of all groups: the groups of the next level or, on the last level of groups,
-// the tops of patches.
+// Writes the children of a body's groups to the table of levels. They are groups of the next level
+// or, on the last level of groups, the top levels of patches.
 void ComputePyramid::Device::write_groups(Body& body) {
   for (int level = 0; level < body.group_levels; ++level) {
     for (int u = 0; u < 1 << level; ++u) {

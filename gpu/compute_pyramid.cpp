@@ -14,7 +14,8 @@ namespace {
 using Vertex = std::array<float, 3>;
 constexpr std::uint32_t all_bounded = 0xFFFFFFFF;
 
-// Returns the levels of a patch from its top down, and adds the number of their blocks to `blocks`.
+// Returns the levels of a patch from its top down. Its blocks are numbered from `blocks` on, which
+// is advanced past them.
 std::vector<bsi::BlockLevel> block_levels(const bsi::Patch& image, std::size_t& blocks) {
   const int depth_u = std::max(0, bsi::ceil_log2(image.quad_cols()) - 1);
   const int depth_v = std::max(0, bsi::ceil_log2(image.quad_rows()) - 1);
@@ -116,7 +117,7 @@ ComputePyramid::ComputePyramid(GlContext& context, std::span<const bsi::Atlas* c
   own.map.write(std::span<const std::uint32_t>(map));
   own.coordinates.reserve(own.vertices * 2 * sizeof(Vertex), "vertices");
   own.bounds.reserve(own.blocks * sizeof(BlockTexels), "boxes and spheres");
-  own.tangents.reserve(0, "bounds of steps");  // allocated on first use
+  own.tangents.reserve(0, "bounds of steps");  // plan() enlarges the buffer when it is needed
   const std::vector<std::uint32_t> bounded(own.bodies.size(), all_bounded);
   own.unbounded.reserve(bounded.size() * sizeof(std::uint32_t), "marks of bodies");
   own.unbounded.write(std::span<const std::uint32_t>(bounded));

@@ -1,4 +1,4 @@
-// The pyramids of all bodies of a scene on the device, rebuilt in one batch of dispatches.
+// The pyramids of many bodies on the device. One batch of dispatches rebuilds any number of them.
 #pragma once
 
 #include <cstdint>
@@ -23,9 +23,10 @@ struct BodyImage {
   int body = 0;
   std::span<const Vec3> start;
   std::span<const Vec3> end = {};
-  // Also bound the steps between vertices, for self traversals with the tangent certificate.
+  // If true, the differences between adjacent vertices (steps) are bounded, too. Self traversals
+  // with the tangent certificate need these bounds.
   bool tangents = false;
-  // Also compute spheres, for traversals whose bound is not `box`.
+  // If true, spheres are computed, too. Traversals whose bound is not `box` need them.
   bool spheres = false;
 };
 
@@ -48,21 +49,23 @@ struct BlockBox {
 //
 // Every block has a box. On any device its bits equal the minima and maxima of the block's float32
 // vertices. On request, every block of a patch has the sphere of bsi::Pyramid, with two exceptions.
-// Spheres are larger on the four top levels, and slightly larger on a device that does not round
-// like the CPU.
+// Spheres may be larger on the four top levels. They are slightly larger on a device that does not
+// round like the CPU.
 //
-// Memory on the device: 24 bytes per particle (both ends of its path) and 32 per block. Blocks are
-// about a third as many as quads (up to 4/3, if an axis has one more quad than a power of two).
-// There are up to two groups per patch. Tangent bounds take 48 bytes per block that is not a leaf
-// block (a quarter of the blocks).
+// Memory on the device: 24 bytes per particle (both ends of its path) and 32 bytes per block. A
+// patch has about one block per three quads. It has up to four blocks per three quads if both axes
+// have one more quad than a power of two. A body has fewer than two groups per patch. Tangent
+// bounds take 48 bytes per block that is not a leaf block (about a quarter of the blocks).
 //
-// All functions make the context current on the calling thread. They throw std::runtime_error with
-// the reason if OpenGL fails (memory, a buffer beyond what the device allows).
+// The constructor, the rebuilds and the functions that wait for the device make the context current
+// on the calling thread. They throw std::runtime_error with the reason if that fails. The
+// constructor and the rebuilds also throw it if OpenGL has no memory or a buffer exceeds the
+// device's limit.
 class ComputePyramid {
  public:
   // Largest number of quads along an axis of a patch: block boundaries are computed in 32 bits.
   static constexpr int quad_limit = 1 << 15;
-  // Largest number of levels of patches plus groups of patches, of all bodies together.
+  // Largest number of levels and groups of patches, summed over all bodies.
   static constexpr int level_limit = 0xFFFF;
 
   // Numbers the bodies in the order given. Also throws std::runtime_error if one of these limits is
@@ -73,38 +76,38 @@ class ComputePyramid {
   ComputePyramid& operator=(const ComputePyramid&) = delete;
 
   // Uploads the positions of these bodies and bounds the bodies; others keep their bounds. Makes
-  // one dispatch per two levels and one per level of groups, for any number of bodies. Returns
-  // without waiting for the device.
+  // one dispatch per two levels and one per level of groups, for any number of bodies. Tangents and
+  // spheres take one more dispatch each per two levels. Returns without waiting for the device.
   void rebuild(std::span<const BodyImage> images);
-  // Bounds the same bodies again from the positions already on the device. Benchmarks use this to
-  // measure the device's part of a rebuild.
+  // Bounds the bodies of the last rebuild() again, from the positions already on the device. For
+  // benchmarks of the device's part of a rebuild.
   void rebuild_there();
   // Returns the first texel whose position is not finite or reaches bsi::Pyramid::coordinate_limit,
-  // in the first body that has such a texel. Until the next rebuild of that body, no result that
-  // involves it may be used. Waits for the device.
+  // in the first body that has such a texel. Until that body is rebuilt, traversals of it give
+  // wrong results. Waits for the device.
   std::optional<UnboundedTexel> first_unbounded() const;
 
   int body_count() const;
   const bsi::Atlas& atlas(int body) const;
   int levels(int body, int patch) const;
-  // Returns a level of a patch. Its blocks are numbered through the body, in the order of
-  // read_boxes().
+  // Returns a level of a patch. The numbers of its blocks are indices into read_boxes().
   const bsi::BlockLevel& level(int body, int patch, int level) const;
   int group_levels(int body) const;
   // Returns the patches of group u of a level of groups.
   std::span<const std::int32_t> patches_of_group(int body, int level, int u) const;
-  // Returns the number of a group's block, counted through the body.
+  // Returns the index of a group's box in read_boxes().
   std::size_t group_block(int body, int level, int u) const;
   // Largest |coordinate| of the float32 vertices at the last rebuild, m.
   float magnitude(int body) const;
   bool is_swept(int body) const;
   bool has_tangents(int body) const;
   bool has_spheres(int body) const;
-  // Return the boxes or spheres by block, for tests. Wait for the device. Groups have no spheres.
+  // For tests: return the box or the sphere of every block of a body. The blocks of groups come
+  // last. A block without a sphere, such as a group, has the radius -1. Both wait for the device.
   std::vector<BlockBox> read_boxes(int body) const;
   std::vector<bsi::Sphere> read_spheres(int body) const;
 
-  // The buffers on the device, for gpu/ alone.
+  // The buffers and programs on the device, for use within gpu/ only.
   struct Device;
   Device& device() { return *device_; }
 

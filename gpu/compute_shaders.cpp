@@ -31,7 +31,7 @@ bool is_group(Level level) { return level.first_child != 0xFFFFFFFFu; }
 )";
 
 const char* const vertices = R"(
-// Vertices at the starts of all paths, followed by those at their ends.
+// Coordinates of the vertices at the starts of all paths, then of the vertices at the ends.
 layout(std430, binding = 1) readonly buffer Vertices { float coordinates[]; };
 layout(std430, binding = 2) readonly buffer Map { uint particle_of_texel[]; };
 uniform uint vertex_count;
@@ -52,8 +52,8 @@ vec3 start_of(uint vertex) {
 vec3 end_of(uint vertex) { return start_of(vertex_count + vertex); }
 )";
 
-// Two texels per block: the low bounds of its box with the radius of its sphere, then the high
-// bounds with an unused number. The sphere's centre is the middle of the box.
+// Two vec4 per block: the low bounds of its box with the radius of its sphere, then the high bounds
+// with an unused number. The sphere's centre is the middle of the box.
 const char* const boxes = R"(
 layout(std430, binding = 4) buffer Bounds { vec4 bounds[]; };
 struct Box { vec3 low, high; };
@@ -67,8 +67,8 @@ float squared(vec3 d) {
 }
 )";
 
-// Bounds of the steps between vertices, along u and along v. Lower bounds are negated, so that
-// every union is a maximum. Leaf blocks have no such bounds.
+// Bounds of the differences between adjacent vertices, along u and along v. Lower bounds are
+// negated, so that the union of two bounds is a maximum. Leaf blocks have no such bounds.
 const char* const tangents = R"(
 layout(std430, binding = 6) buffer Tangents { float tangents[]; };
 struct Tangent { vec3 minus_low_u, minus_low_v, high_u, high_v; };
@@ -90,7 +90,7 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 3) readonly buffer Tasks { uvec4 tasks[]; };
 uniform uint first_task, task_count, from_image;
 
-// Finds the task of this work group: the last task whose first group does not come after it.
+// Returns the task of this work group: the last task whose first work group is not a later one.
 uvec4 find_task() {
   uint low = 0u, high = task_count;
   while (high - low > 1u) {
@@ -108,7 +108,7 @@ uvec4 vertices_of_leaf(Level level, uint u, uint v) {
 }
 )";
 
-// Functions for boxes that bounds_main calls.
+// The functions that bounds_main calls, in the version for boxes.
 const char* const box_bounds = R"(
 layout(std430, binding = 5) buffer Unbounded { uint first_unbounded[]; };
 #define Bound Box
@@ -124,8 +124,8 @@ void store(uint block, Box box) {
   bounds[2u * block + 1u] = vec4(box.high, 0.0);
 }
 
-// Returns the largest bits of a coordinate without its sign. The bits of NaN and infinity exceed
-// those of all other numbers.
+// Returns the bits of the largest |coordinate|. The bits of NaN and infinity exceed those of all
+// other numbers.
 uint size_of(vec3 p) {
   uvec3 bits = floatBitsToUint(p) & 0x7FFFFFFFu;
   return max(bits.x, max(bits.y, bits.z));
@@ -154,8 +154,8 @@ Box bound_leaf(Level level, uint block, uvec4 range, bool swept) {
 }
 )";
 
-// Functions for spheres that bounds_main calls, as in bsi/sphere_build.cpp. Spheres of leaf blocks
-// are computed from boxes, not from vertices.
+// The functions that bounds_main calls, in the version for spheres, as in bsi/sphere_build.cpp. The
+// sphere of a leaf block is computed from its box.
 const char* const sphere_bounds = R"(
 #define Bound vec4
 #define FIRST first
@@ -258,7 +258,8 @@ void main() {
   uint index = (gl_WorkGroupID.x - task.x) * 64u + gl_LocalInvocationID.x;
   if (index >= 1u << (top.log_u + top.log_v)) return;
   uint u = index & ((1u << top.log_u) - 1u), v = index >> top.log_u;
-  // Each is 1 if its axis is split between the two levels, else 0. It also masks a child's index.
+  // mu and mv are 1 if u or v is split between `top` and `middle`, else 0. lu and lv are the same
+  // for `middle` and `lowest`. mu and lu also mask a child's index.
   uint mu = middle.log_u - top.log_u, mv = middle.log_v - top.log_v;
   uint lu = lowest.log_u - middle.log_u, lv = lowest.log_v - middle.log_v;
   uint whole_block = top.FIRST + index;
@@ -300,7 +301,8 @@ std::string bound_boxes() {
 }
 
 std::string bound_spheres(bool rounds_like_the_cpu) {
-  // GLSL's roots are exact to 2^-20 (4.5 units in the last place), the CPU's to 2^-24.
+  // The relative error of GLSL's roots is at most 2^-20 (4.5 units in the last place). That of the
+  // CPU's roots is 2^-24.
   const float round_up = rounds_like_the_cpu ? bsi::round_up : 1 + 0x1p-19F;
   return std::string("#version 450 core\n") + levels + vertices + tasks + boxes +
          "const float round_up = " + exactly(round_up) +

@@ -11,11 +11,12 @@
 namespace weft::gpu {
 namespace {
 
-// The lists of one run: a list of pairs per level of groups and of blocks, then the pairs of leaf
-// blocks, then the candidates.
+// A search has one list of pairs of blocks per step (fewer than pair_lists steps), then a list of
+// pairs of leaf blocks, then a list of candidates.
 constexpr int pair_lists = 32;
 constexpr std::uint32_t leaf_list = pair_lists;
 constexpr std::uint32_t result_list = pair_lists + 1;
+
 // Returns the smallest float32 number that is at least `value`.
 float rounded_up(double value) {
   const auto rounded = static_cast<float>(value);
@@ -23,9 +24,9 @@ float rounded_up(double value) {
   return std::nextafter(rounded, std::numeric_limits<float>::infinity());
 }
 
-// Returns the margin plus a bound of rounding, m (docs/theory.md, "The distance filter"). Rounding
-// changes a distance by less than 16 x 2^-24 of the sum of the largest coordinates. The result is
-// negative (no filter) if squares in the shader might overflow.
+// Returns Query::filter_reach: the margin plus a bound of all rounding errors, m (docs/theory.md,
+// "The distance filter"). The result is negative (no filter) if squares in the shader might
+// overflow.
 float filter_reach(double margin, const ComputePyramid::Device::Body& a,
                    const ComputePyramid::Device::Body& b) {
   const double largest = static_cast<double>(a.magnitude) + static_cast<double>(b.magnitude);
@@ -50,18 +51,18 @@ struct ComputeTraversal::Implementation {
   const GlFunctions& gl = device.gl;
   GLint group_limit = 0;
   GlBuffer queries{gl}, lists{gl}, leaf_pairs{gl}, results{gl};
-  std::array<GlBuffer, 2> pairs{GlBuffer(gl),
-                                GlBuffer(gl)};  // one is read while the other is written
+  // Two buffers for lists of pairs. A step reads one of them and writes the other.
+  std::array<GlBuffer, 2> pairs{GlBuffer(gl), GlBuffer(gl)};
   ComputeProgram expand_pairs{gl, shaders::expand_pairs(bound, device.rounds_like_the_cpu)};
   ComputeProgram find_leaves{gl, shaders::find_leaves()};
-  // Numbers of items for which the lists have room.
+  // Capacities, in items: of each buffer of `pairs`, of `leaf_pairs`, and of `results`.
   std::size_t pair_capacity = 0, leaf_capacity = 0, result_capacity = 0;
   int reruns = 0;
   std::size_t pairs_followed = 0;
-  // The input and the result of the latest run.
+  // The input of the latest search (queries and starting pairs) and its result (candidates).
   std::vector<shaders::Query> query_table;
   std::vector<shaders::BlockPair> starts;
-  int steps = 0;  // levels of groups and levels of the deepest patch
+  int steps = 0;  // number of dispatches of expand_pairs, enough for every query
   std::vector<Candidate> candidates;
 
   Implementation(ComputePyramid& pyramids_of_bodies, bsi::Bound compared)
@@ -128,8 +129,8 @@ void ComputeTraversal::Implementation::add_balls(int body, std::span<const Ball>
 
 void ComputeTraversal::Implementation::reserve(std::size_t pair_count, std::size_t leaf_count,
                                                std::size_t result_count) {
-  // Lists grow by an extra half if the device allows it, because a list that has grown tends to
-  // grow again.
+  // A list grows to one and a half times the needed size if the device allows it. It tends to grow
+  // again.
   const std::size_t limit = buffer_limit(gl);
   const auto grow = [limit](std::size_t& capacity, std::size_t needed, std::size_t item) {
     if (needed > capacity) capacity = std::max(needed, std::min(needed + needed / 2, limit / item));
@@ -144,7 +145,8 @@ void ComputeTraversal::Implementation::reserve(std::size_t pair_count, std::size
   results.reserve(result_capacity * sizeof(Candidate), "candidates");
 }
 
-// Traverses all levels and returns the lengths that the lists would need to hold every item.
+// Traverses all levels. Returns the lists with the number of items appended to each, including
+// items beyond its capacity, which are lost.
 Lists ComputeTraversal::Implementation::traverse(Leaf leaf) {
   Lists filled{};
   const auto start_count = static_cast<std::uint32_t>(starts.size());
@@ -212,8 +214,8 @@ std::span<const Candidate> ComputeTraversal::Implementation::run(Leaf leaf) {
   constexpr std::size_t first_capacity = 1024;
   reserve(std::max(starts.size(), first_capacity), first_capacity, first_capacity);
   Lists filled = traverse(leaf);
-  // A truncated list hides the pairs that would have followed, so one repetition may not be enough.
-  // Each repetition completes at least one more level.
+  // Pairs lost from a full list have no children in the next lists, so one repetition may not be
+  // enough. Each repetition completes at least one more level.
   while (!has_room(filled)) {
     ++reruns;
     std::size_t longest = 0;

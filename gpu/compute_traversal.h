@@ -14,16 +14,17 @@ namespace weft::gpu {
 
 using bsi::Leaf;
 
-// A query of two bodies, or of one body with itself (a == b).
+// A query of two bodies, or of one body with itself (body_a == body_b).
 struct PairQuery {
   int body_a = 0;
   int body_b = 0;
   double margin = 0;  // m, >= 0
-  // For one body with itself: leave out pairs that the tangent certificate proves not to touch. The
-  // body must have been rebuilt with BodyImage::tangents.
+  // For body_a == body_b: skip pairs that the tangent certificate proves not to touch. The body
+  // must have been rebuilt with BodyImage::tangents.
   bool certificate = true;
-  // Leave out pairs of quads if a plane proves that they end farther apart than the margin plus
-  // twice the longest path of their corners. Fewer pairs then return from the device.
+  // Skip pairs of quads that a plane proves to be too far apart at the ends of their paths: farther
+  // than the margin plus twice the longest path of their corners. Fewer candidates are then copied
+  // to the host.
   bool distance_filter = false;
 };
 
@@ -33,8 +34,8 @@ struct Ball {
 };
 
 // A pair of leaves that a query found, in the numbers of the atlas (triangle t belongs to quad t /
-// 2). `a` and `b` belong to the query's bodies; within one body a < b (quads: a <= b). For a ball,
-// `query` and `a` are the ball's number, and `b` is the leaf.
+// 2). `a` is a leaf of body_a and `b` a leaf of body_b. Within one body a < b for triangles and a
+// <= b for quads. For a ball, `query` and `a` are the ball's number, and `b` is the leaf.
 struct Candidate {
   std::uint32_t query = 0;
   std::uint32_t a = 0;
@@ -46,11 +47,12 @@ struct Candidate {
 // filter, in any order.
 //
 // A search makes one dispatch per level of the deepest pyramid, and one for the leaves. Only the
-// lengths of the lists and the candidates return to the host. If a list outgrows its memory, the
-// list is enlarged and the work repeated, so nothing is lost. Memory is kept between calls.
+// lengths of the lists and the candidates are copied to the host. If a list outgrows its memory,
+// the list is enlarged and the search repeated, so nothing is lost. Memory is kept between calls.
 //
-// All functions make the context current on the calling thread. They throw std::runtime_error with
-// the reason if OpenGL fails (memory, a buffer beyond what the device allows).
+// The constructor and the searches make the context current on the calling thread. They throw
+// std::runtime_error with the reason if OpenGL fails, has no memory, or limits a buffer to less
+// than its list needs.
 class ComputeTraversal {
  public:
   // The pyramids must outlive this object. Every bound except `box` needs the spheres of all
@@ -60,16 +62,16 @@ class ComputeTraversal {
   ComputeTraversal(const ComputeTraversal&) = delete;
   ComputeTraversal& operator=(const ComputeTraversal&) = delete;
 
-  // Runs dual and self traversals of bodies. The span is valid until the next call.
+  // Runs dual and self traversals of bodies. The span is valid until the next search.
   std::span<const Candidate> find_pairs(std::span<const PairQuery> queries, Leaf leaf);
-  // Runs single traversals of one body, one per ball. Finds the leaves within radius + margin (m).
-  // The span is valid until the next call.
+  // Runs single traversals of one body, one per ball. Finds the leaves within radius + margin (m)
+  // of the ball's centre. The span is valid until the next search.
   std::span<const Candidate> find_leaves(int body, std::span<const Ball> balls, double margin,
                                          Leaf leaf);
-  // Returns the number of pairs of blocks and of groups that the latest search listed.
+  // Returns the number of pairs of blocks, including blocks of groups, in the lists of the latest
+  // search.
   std::size_t pairs_followed() const;
-  // Returns the number of times, since construction, that lists were enlarged and the work
-  // repeated.
+  // Returns the number of repetitions of searches since construction.
   int reruns() const;
 
  private:

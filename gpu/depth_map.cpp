@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-// The outermost texels stay empty, so any position beyond the map is lit.
+// Width of the map's border in texels. The border stays empty, so any position outside is lit.
 constexpr int border = 3;
 
 }  // namespace
@@ -32,7 +32,7 @@ void DepthMap::draw(const TriangleBatch& batch, const Vec3& direction, const Vec
   }
 }
 
-// Draws a triangle row by row. The edges cut each row of texels to a span.
+// Draws a triangle row by row. The triangle's edges bound the texels to draw in each row.
 void DepthMap::draw_triangle(const Vector3f& a, const Vector3f& b, const Vector3f& c) {
   const Vector3f low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
   const auto least = static_cast<float>(border), most = static_cast<float>(size_ - 1 - border);
@@ -44,8 +44,8 @@ void DepthMap::draw_triangle(const Vector3f& a, const Vector3f& b, const Vector3
   const Vector3f normal = (b - a).cross(c - a);
   if (normal.z() == 0) return;
 
-  // An edge bounds the rows of texels that it crosses, on the left if the triangle is to its right.
-  // It crosses a row at column start + slope * row. Horizontal edges bound no row.
+  // An edge of the triangle: it crosses row `row` of the texels at column start + slope * row. Left
+  // edges have the triangle on their right. Horizontal edges are omitted.
   struct Edge {
     float start, slope;
   };
@@ -62,7 +62,7 @@ void DepthMap::draw_triangle(const Vector3f& a, const Vector3f& b, const Vector3
       left_edges[left_count++] = edge;
     }
   }
-  // Depths are pushed back by the slope, so that a surface does not shade itself.
+  // Depths are increased in proportion to the slope, so that a surface does not shade itself.
   const float slope_x = -normal.x() / normal.z(), slope_y = -normal.y() / normal.z();
   const float depth = a.z() + 1.5F * std::max(std::abs(slope_x), std::abs(slope_y)) +
                       slope_x * (0.5F - a.x()) + slope_y * (0.5F - a.y());
@@ -101,8 +101,8 @@ float DepthMap::lit(const Vector3f& position) const {
   return (1 - down) * above + down * below;
 }
 
-// Averages over 4 x 4 texels. The outer texels are weighted by how far the square of 3 x 3 reaches
-// into them.
+// Averages over 4 x 4 texels. Each texel is weighted by the fraction of it that the square of 3 x 3
+// texels covers.
 float DepthMap::softly_lit(const Vector3f& position) const {
   const Vector3f at = place(position);
   const auto limit = static_cast<float>(size_ - 3);

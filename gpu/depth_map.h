@@ -21,15 +21,16 @@ class DepthMap {
   // Points outside this square are lit. O(triangles + texels covered).
   void draw(const TriangleBatch& batch, const Vec3& direction, const Vec3& up, double reach);
 
-  // Size of a texel, m.
+  // Side of a texel, m.
   float texel() const { return texel_; }
-  // Return the lit share, 0..1, of a square of texels around a position: 1 x 1 texel for `lit`, 3 x
-  // 3 texels for `softly_lit`, which gives shadows soft rims.
+  // Return the lit fraction (0..1) of a square of the map around a position (m). The square has 1 x
+  // 1 texel for lit() and 3 x 3 texels for softly_lit(), which makes the edges of shadows soft.
   float lit(const Eigen::Vector3f& position) const;
   float softly_lit(const Eigen::Vector3f& position) const;
 
  private:
-  // Returns a position in the map: texels across and down, and the depth along the light, m.
+  // Converts a position (m) to coordinates of the map: texels across, texels down, and the depth in
+  // the direction of the light's rays (m).
   Eigen::Vector3f place(const Eigen::Vector3f& position) const {
     return rows_ * position + Eigen::Vector3f(middle(), middle(), 0);
   }
@@ -39,8 +40,8 @@ class DepthMap {
   int size_;
   float texel_ = 0;
   Eigen::Matrix3f rows_ = Eigen::Matrix3f::Zero();
-  std::vector<float> depths_;            // row after row
-  std::vector<Eigen::Vector3f> places_;  // by vertex
+  std::vector<float> depths_;            // depth of the nearest surface by texel, row by row, m
+  std::vector<Eigen::Vector3f> places_;  // coordinates of the batch's vertices in the map
 };
 
 }  // namespace weft::gpu

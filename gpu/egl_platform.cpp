@@ -10,13 +10,13 @@
 namespace weft::gpu {
 namespace {
 
-// The part of EGL 1.5 that this file uses, copied from the Khronos registry (egl.xml), because a
-// dozen lines need no package.
+// The types and constants of EGL 1.5 that this file uses, copied from the Khronos registry
+// (egl.xml). The copy makes EGL's headers unnecessary.
 namespace egl {
 using Boolean = unsigned;
 using Enum = unsigned;
 using Integer = std::int32_t;
-using Handle = void*;  // display, context, device, surface, configuration
+using Handle = void*;  // any EGL object: display, context, device, surface or configuration
 
 constexpr Integer context_major_version = 0x3098;
 constexpr Integer context_minor_version = 0x30FB;
@@ -37,7 +37,7 @@ struct Egl {
   egl::Boolean (*destroy_context)(egl::Handle, egl::Handle) = nullptr;
   egl::Boolean (*make_current)(egl::Handle, egl::Handle, egl::Handle, egl::Handle) = nullptr;
   egl::Handle (*current_context)() = nullptr;
-  // Functions of extensions; null if missing.
+  // Functions of EGL extensions. `query_devices` is null if its extension is missing.
   egl::Handle (*platform_display)(egl::Enum, void*, const egl::Integer*) = nullptr;
   egl::Boolean (*query_devices)(egl::Integer, egl::Handle*, egl::Integer*) = nullptr;
 
@@ -59,8 +59,8 @@ struct Egl {
     }
   }
 
-  // Opens a display on every device, then one on Mesa's surfaceless platform. Displays that cannot
-  // be opened are skipped.
+  // Opens a display on each device (32 at most), then one on Mesa's surfaceless platform. Displays
+  // that cannot be opened are skipped.
   std::vector<egl::Handle> open_displays() const {
     std::vector<egl::Handle> opened;
     const auto open = [&](egl::Enum platform, egl::Handle device) {
@@ -86,7 +86,8 @@ const Egl& library() {
   return loaded;
 }
 
-// The displays, opened once. A display belongs to the process and outlives its contexts.
+// Returns the open displays, which the first call opens. Displays belong to the process and outlive
+// their contexts.
 const std::vector<egl::Handle>& displays() {
   static const std::vector<egl::Handle> opened = library().open_displays();
   return opened;
@@ -115,7 +116,7 @@ class EglPlatform : public GlPlatform {
 
   bool is_made() const { return context_ != nullptr; }
   void make_current() override {
-    library().bind_api(egl::opengl_api);  // applies to the calling thread
+    library().bind_api(egl::opengl_api);  // binds OpenGL for the calling thread only
     if (library().current_context() == context_) return;
     if (library().make_current(display_, nullptr, nullptr, context_) == 0) {
       throw std::runtime_error("EGL cannot make its context current without a surface");

@@ -16,7 +16,8 @@ namespace {
 
 std::atomic<int> contexts_made{0};
 
-// The backend that this process used last. It determines the library that the process may use.
+// The backend that this process used last, if any. A failed search by EGL counts as a use. The
+// process may only use backends of the same library (EGL or OSMesa).
 std::mutex process_mutex;
 std::optional<GlBackend> process_backend;
 
@@ -33,7 +34,7 @@ std::unique_ptr<GlPlatform> make_platform(GlBackend backend) {
     process_backend = backend;
     return platform;
   }
-  // Even a search that finds no device leaves EGL's drivers loaded.
+  // A search by EGL loads its drivers, even if it finds no device.
   if (!process_backend) process_backend = GlBackend::egl_software;
   auto platform = make_egl_platform(backend == GlBackend::hardware);
   process_backend = backend;
@@ -80,7 +81,7 @@ GlBackend software_backend() {
       return *process_backend == GlBackend::osmesa ? GlBackend::osmesa : GlBackend::egl_software;
     }
   }
-  // Loading a library is harmless, unlike making a context.
+  // The process may load both libraries, as long as it makes contexts of only one.
   for (const char* library : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"}) {
     if (dlopen(library, RTLD_LAZY | RTLD_LOCAL) != nullptr) return GlBackend::osmesa;
   }
@@ -104,8 +105,8 @@ GlContext::GlContext(GlBackend backend)
       functions_(std::make_unique<GlFunctions>()),
       platform_(make_platform(backend)) {
   make_current();
-  // Mesa returns addresses for unknown names, too, so this test for null is not enough. The
-  // requested profile, however, has all functions.
+  // A test for null cannot find a missing function in Mesa, which returns an address for any name.
+  // That is harmless: every OpenGL 4.5 core context has all of these functions.
 #define WEFT_GL_RESOLVE(type, function)                                                       \
   functions_->function = reinterpret_cast<type>(platform_->function_address("gl" #function)); \
   if (functions_->function == nullptr) throw std::runtime_error("OpenGL has no gl" #function);

@@ -26,14 +26,14 @@ GlBackend software_backend();
 bool may_have_graphics_processor();
 
 // An OpenGL context. Its libraries are loaded when the first context is made, so a run without
-// OpenGL neither pays for them nor fails if they are missing. EGL and OSMesa in one process abort
-// at exit (Mesa 22.3). The process therefore keeps the library that it uses first. Making a context
-// of the other one throws.
+// OpenGL neither pays for them nor fails if they are missing. A process that uses both EGL and
+// OSMesa aborts at exit (Mesa 22.3). The process therefore keeps the library that it uses first.
+// Making a context of the other library throws std::runtime_error.
 class GlContext {
  public:
-  // Leaves the context current on the calling thread. Throws std::runtime_error with the reason if
-  // the library, the device or the OpenGL 4.5 core profile is missing. Takes about 20 ms the first
-  // time (EGL about 0.2 s).
+  // Makes the context current on the calling thread. Throws std::runtime_error with the reason if
+  // the library, the device or the OpenGL 4.5 core profile is missing. The first context takes
+  // about 20 ms with OSMesa and about 0.2 s with EGL.
   explicit GlContext(GlBackend backend);
   ~GlContext();
   GlContext(const GlContext&) = delete;
@@ -46,6 +46,7 @@ class GlContext {
   const GlFunctions& functions() const;
   GlBackend backend() const { return backend_; }
   // Names for logs: device() is the renderer's name from OpenGL, description() adds the version.
+  // Precondition: the context is current.
   std::string device() const;
   std::string description() const;
 

@@ -40,7 +40,7 @@ namespace weft::gpu {
   X(PFNGLUNIFORM1UIPROC, Uniform1ui)                           \
   X(PFNGLUSEPROGRAMPROC, UseProgram)
 
-// The entry points as members, to be called as gl.UseProgram(...): the names are OpenGL's own.
+// The entry points as members with OpenGL's own names: gl.UseProgram(program) calls glUseProgram.
 struct GlFunctions {
 #define WEFT_GL_MEMBER(type, name) type name = nullptr;
   WEFT_GL_FUNCTIONS(WEFT_GL_MEMBER)

@@ -1,5 +1,5 @@
-// Programs and buffers of OpenGL, and its errors as exceptions. All objects belong to the context
-// that is current at their construction. They must be destroyed while that context is current.
+// Programs and buffers of OpenGL, and its errors as exceptions. Every object must be constructed,
+// used and destroyed while one and the same context is current.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,8 @@ namespace weft::gpu {
 GLuint link_program(const GlFunctions& gl,
                     std::span<const std::pair<GLenum, std::string>> stages_and_sources);
 
-// Throws std::runtime_error("OpenGL cannot TASK: ...") if an OpenGL error has occurred since the
-// last call.
+// Throws std::runtime_error if an OpenGL error has occurred since the last call. The message names
+// `task` and the error.
 void check_gl(const GlFunctions& gl, const char* task);
 
 // Returns the largest size, in bytes, of a buffer that a shader can access.
@@ -31,9 +31,9 @@ class GlBuffer {
   GlBuffer(const GlBuffer&) = delete;
   GlBuffer& operator=(const GlBuffer&) = delete;
 
-  // Makes the buffer at least `bytes` large, and never empty. Its contents are lost when it grows.
-  // Throws std::runtime_error, which names `content`, if the device does not allow this size or has
-  // no memory for it.
+  // Enlarges the buffer to `bytes`, at least 16, unless it is already that large. Its contents are
+  // lost when it grows. Throws std::runtime_error, which names `content`, if the device does not
+  // allow this size or has no memory for it.
   void reserve(std::size_t bytes, const char* content);
   std::size_t bytes() const { return bytes_; }
   void bind(GLuint binding) const { gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, name_); }
@@ -45,8 +45,8 @@ class GlBuffer {
     gl_->NamedBufferSubData(name_, static_cast<GLintptr>(first_byte),
                             static_cast<GLsizeiptr>(items.size_bytes()), items.data());
   }
-  // Copies items from the buffer; waits for pending writes. Precondition: a
-  // MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT) after the last write of a shader.
+  // Copies items from the buffer; waits for pending writes. Precondition: if a shader has written
+  // to the buffer, MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT) has been called since.
   template <typename Item>
   void read(std::span<Item> items, std::size_t first_byte = 0) const {
     if (items.empty()) return;

@@ -1,5 +1,4 @@
-// Makers of OpenGL contexts: one implementation per library, each loaded at run time. Private to
-// gpu/.
+// OpenGL contexts by EGL or by OSMesa. Both libraries are loaded at run time. Private to gpu/.
 #pragma once
 
 #include <memory>
@@ -8,7 +7,7 @@
 
 namespace weft::gpu {
 
-// One context. The destructor releases it from the calling thread if it is current there.
+// An OpenGL context. The destructor releases it from the calling thread if it is current there.
 class GlPlatform {
  public:
   virtual ~GlPlatform() = default;
@@ -17,7 +16,8 @@ class GlPlatform {
   GlPlatform& operator=(const GlPlatform&) = delete;
   // Makes the context current on the calling thread. Throws std::runtime_error on failure.
   virtual void make_current() = 0;
-  // Returns the address of an OpenGL function; null if there is none.
+  // Returns the address of an OpenGL function. The result for an unknown name is null or, with
+  // Mesa, an address that must not be called.
   virtual void* function_address(const char* name) const = 0;
 };
 
@@ -30,8 +30,8 @@ std::unique_ptr<GlPlatform> make_egl_platform(bool hardware);
 // the contexts.
 class LoadedLibrary {
  public:
-  // Loads the first of the names that exists, or throws std::runtime_error. `subject` and `package`
-  // appear in the message.
+  // Loads the first library in `names` that can be loaded. If none can, throws std::runtime_error
+  // with `subject` and `package` in its message.
   LoadedLibrary(std::string subject, std::initializer_list<const char*> names, const char* package);
 
   template <typename Function>

@@ -7,12 +7,12 @@
 namespace weft::gpu {
 namespace {
 
-constexpr int most_cells = 12;  // along the longest axis
+constexpr int most_cells = 12;  // largest number of cells along the longest axis
 
-// One axis of the image of a patch.
+// One axis of a patch's image: down its rows or across its columns.
 struct Axis {
   int quads = 0;
-  double edge = 0;  // m, mean length of its edges
+  double edge = 0;  // mean length of the edges along the axis, m
   double length() const { return quads * edge; }
 };
 
@@ -36,8 +36,9 @@ Axis measure(const bsi::Atlas& atlas, int number, Direction direction,
   return {is_down ? patch.quad_rows() : patch.quad_cols(), count == 0 ? 0 : sum / count};
 }
 
-// Returns the side of a cell, m: a whole number of edges of the longest axis, for at most
-// most_cells cells. A slightly larger number is preferred if it divides the axis's quads.
+// Returns the side of a cell (m): a whole number of edges of the longest axis. It is the smallest
+// that gives at most most_cells cells or, preferably, a slightly larger number that divides the
+// axis's number of quads.
 double cell_size(const Axis& longest) {
   const double wanted = std::max(1.0, static_cast<double>(longest.quads) / most_cells);
   int step = static_cast<int>(std::ceil(wanted));
@@ -49,8 +50,8 @@ double cell_size(const Axis& longest) {
   return step * longest.edge;
 }
 
-// Returns the rows (or columns) that get a line. They are a cell apart; the last one of an open
-// axis always gets a line.
+// Returns the numbers of the rows (or columns) that get a line. Lines are one cell apart. The last
+// row of an axis that does not wrap always gets a line.
 std::vector<int> lined_places(const Axis& axis, int count, double cell) {
   const int step = axis.edge > 0 ? std::max(1, static_cast<int>(std::lround(cell / axis.edge)))
                                  : std::max(1, axis.quads);
@@ -65,7 +66,7 @@ std::vector<int> lined_places(const Axis& axis, int count, double cell) {
 std::vector<std::array<int, 2>> grid_lines(const bsi::Atlas& atlas,
                                            std::span<const Vec3> positions) {
   assert(static_cast<int>(positions.size()) >= atlas.particle_count());
-  std::vector<std::array<Axis, 2>> axes;  // by patch: axis down the rows, axis across the columns
+  std::vector<std::array<Axis, 2>> axes;  // by patch: down its rows, then across its columns
   Axis longest;
   for (int number = 0; number < static_cast<int>(atlas.patches().size()); ++number) {
     axes.push_back({measure(atlas, number, Direction::along_cols, positions),

@@ -4,11 +4,11 @@
 
 #include "gpu/gl_functions.h"
 #include "gpu/gl_platform.h"
-// This header follows glcorearb.h: only in this order can one file include both.
+// osmesa.h must follow glcorearb.h, which gl_functions.h includes. The opposite order fails.
 #include <GL/osmesa.h>
 
 #ifdef __SANITIZE_ADDRESS__
-// Tells the leak sanitizer that OSMesa 22.3 keeps about 150 bytes of each context it destroys.
+// Makes the leak sanitizer ignore about 150 bytes that OSMesa 22.3 leaks per destroyed context.
 extern "C" const char* __lsan_default_suppressions();  // NOLINT(bugprone-reserved-identifier)
 extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa"; }
 #endif
@@ -16,8 +16,8 @@ extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa"; 
 namespace weft::gpu {
 namespace {
 
-// The functions of OSMesa itself, loaded at run time. Linking would pull in LLVM, delay the start
-// of every `weft` command by 15 ms and fail where OSMesa is not installed.
+// The functions of the library OSMesa, which is loaded at run time. Linking to it would pull in
+// LLVM, delay the start of every `weft` command by 15 ms and fail where OSMesa is not installed.
 struct OsMesa {
   decltype(&OSMesaCreateContextAttribs) create_context = nullptr;
   decltype(&OSMesaDestroyContext) destroy_context = nullptr;

@@ -22,15 +22,16 @@ std::vector<std::vector<std::uint32_t>> by_band(const auto& drawn, int height) {
   return bands;
 }
 
-// Samples of a pixel that see the same piece of surface. They are lit as one point, at the mean
-// position of those in `triangle`.
+// Samples of a pixel that see one triangle or its neighbours. They are lit as one point, at the
+// mean position of the samples that see `triangle` itself.
 struct Fragment {
   std::uint32_t triangle = no_triangle;
   int samples = 0, samples_in_triangle = 0;
-  float x = 0, y = 0;  // sums of the positions of these samples within the pixel
+  // Sums of the positions (pixels, within the pixel) of the samples that see `triangle`.
+  float x = 0, y = 0;
 };
 
-// Lights the surfaces seen in a row and draws them over the background, row by row.
+// Lights the surfaces seen in a row of pixels and draws them over the background.
 class RowPainter {
  public:
   RowPainter(const LitScene& scene, int width)
@@ -46,14 +47,14 @@ class RowPainter {
 
   LitScene scene_;
   LitPoints points_;
-  std::array<int, LitPoints::capacity> columns_;  // by point
-  std::array<int, LitPoints::capacity> samples_;  // by point
+  std::array<int, LitPoints::capacity> columns_;  // column of the pixel, by point
+  std::array<int, LitPoints::capacity> samples_;  // number of samples, by point
   std::vector<int> seen_;                         // by column: samples that see a surface
-  std::vector<int> sums_;  // by column and channel: sum of sRGB values over these samples
+  std::vector<int> sums_;  // by column and channel: sum of sRGB values over the samples in seen_
 };
 
-// Returns true for triangles on the same side of one surface that share a corner. Their samples are
-// lit together.
+// Returns true if two triangles share a corner and show the same side. Samples that see such
+// triangles are lit together.
 bool RowPainter::are_neighbours(std::uint32_t first, std::uint32_t second) const {
   const ScreenTriangle& a = scene_.geometry.triangles[first];
   const ScreenTriangle& b = scene_.geometry.triangles[second];
@@ -159,7 +160,8 @@ void RowPainter::paint(const SampleBand& band, int row_in_band, int row,
   }
   light_fragments();
   for (int col = 0; col < width; ++col) {
-    // A line at the rim of a surface also covers part of the background.
+    // A line at the edge of a surface also covers background. Pixels without surface or line are
+    // skipped.
     const float brightness = band.brightness(row_in_band, col);
     if (seen_[col] == 0 && brightness == 1) continue;
     const float share = brightness / samples_per_pixel;

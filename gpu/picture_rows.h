@@ -9,7 +9,7 @@
 
 namespace weft::gpu {
 
-// A scene to draw. It refers to its parts, which others own.
+// References to the parts of a scene to draw. The parts must outlive this struct.
 struct LitScene {
   std::span<const DrawnSurface> surfaces;
   const TriangleBatch& batch;

@@ -19,8 +19,8 @@
 namespace weft::gpu {
 namespace {
 
-// The error that libpng reports. It is stored until throwing is safe, because libpng is C and exits
-// by longjmp.
+// The error that libpng reports. It is stored, and thrown later: libpng is a C library and reports
+// errors by longjmp, past which no exception may be thrown.
 struct PngFailure {
   std::string reason;
 };

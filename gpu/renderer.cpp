@@ -19,7 +19,7 @@ namespace {
 
 constexpr int key_shadow_size = 1024;
 
-// Surfaces nearer to the eye than this fraction of its distance to the target are cut off.
+// Surfaces nearer to the eye than this fraction of the distance from eye to target are cut off.
 constexpr double nearest_share = 1e-3;
 
 }  // namespace
@@ -34,7 +34,7 @@ ViewFrame look_along(const Vec3& backward, const Vec3& up) {
   return frame;
 }
 
-// The parts of a picture. Their memory is reused from picture to picture.
+// The data from which a picture is drawn. Its memory is reused from picture to picture.
 struct Renderer::Implementation {
   Implementation(int picture_width, int picture_height)
       : width(picture_width), height(picture_height) {}
@@ -67,12 +67,13 @@ Picture Renderer::draw(std::span<const DrawnSurface> surfaces, const Camera& cam
                                 height, 0.5 * height / slope,       nearest_share * distance};
   const double widest = slope * std::max(1.0, static_cast<double>(width) / height);
   const double reach = 2 * widest * distance;
-  const Vec3 horizontal = up.cross(frame.right);  // away from the viewer, along the ground
+  const Vec3 horizontal = up.cross(frame.right);  // horizontal, away from the viewer
   const Vec3 key = (0.80 * up - 0.52 * frame.right - 0.40 * horizontal).normalized();
 
   batch.assemble(surfaces, camera.target);
   key_shadow.draw(batch, key, up, reach);
-  // The reach is found before the projection adds vertices, which cast no shadows.
+  // The projection adds vertices to the batch, but no triangles that cast shadows. The reach of
+  // shadows is therefore computed before it.
   const double reach_of_sky = sky_reach(batch, reach);
   geometry.project(perspective, batch);
   add_sky_light(up, reach_of_sky, batch);

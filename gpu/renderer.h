@@ -24,30 +24,31 @@ using Colour = std::array<float, 3>;
 
 class ColourMap;
 
-// A surface to draw. Preconditions: all positions are finite, all indices within `positions`.
+// A surface to draw. Preconditions: all positions are finite, and all indices are valid in
+// `positions`.
 struct DrawnSurface {
   std::span<const Vec3> positions;                // m, by particle
-  std::span<const std::array<int, 3>> triangles;  // particle indices
-  Colour front_colour{};  // of the side from which triangles are counter-clockwise
+  std::span<const std::array<int, 3>> triangles;  // indices of three particles each
+  Colour front_colour{};  // colour of the side from which triangles are counter-clockwise
   Colour back_colour{};
-  // Thin darker lines on the surface as pairs of particles, for example rows and columns of the
-  // image.
+  // Thin dark lines on the surface. Each joins two particles, for example along a row of the image.
   std::span<const std::array<int, 2>> lines = {};
   // Unit normals by position. If empty, vertex_normals() (gpu/triangle_batch.h) computes them.
   std::span<const Vec3> normals = {};
-  // If `colour_map` is given, both sides get its colours. `places`, by position, are values in the
-  // map (gpu/colour_map.h), interpolated over triangles. A triangle with a place that is NaN has
-  // no_value_colour().
+  // If `colour_map` is given, both sides get its colours. `places` holds one number per position,
+  // which the map (gpu/colour_map.h) converts to a colour. The numbers are interpolated over
+  // triangles. A triangle with NaN at a corner has no_value_colour().
   std::span<const float> places = {};
   const ColourMap* colour_map = nullptr;
 };
 
-// The colours of the two sides of a surface. palette() has eight pairs, each with a paler back, and
-// repeats them for higher indices.
+// The colours of the two sides of a surface.
 struct SurfaceColours {
   Colour front{};
   Colour back{};
 };
+// Returns pair `index` (>= 0) of eight pairs of colours. Higher indices repeat the pairs. The back
+// is paler than the front.
 SurfaceColours palette(int index);
 // The grey of obstacles.
 SurfaceColours obstacle_colours();
@@ -58,27 +59,27 @@ struct Camera {
   Vec3 eye{3, -3, 2};
   Vec3 target{0, 0, 0};
   Vec3 up{0, 0, 1};
-  double field_of_view_deg = 35;  // vertical
+  double field_of_view_deg = 35;  // vertical angle of view, degrees
 };
 
-// Returns a camera that sees all points from a three-quarter view, a little above. It is as near as
-// possible with a margin of a twentieth of the picture on each side, and has the points in the
-// middle. `aspect` is width / height. Points less than 1 mm apart are seen as a box of 1 mm.
-// O(points). Preconditions: at least one point, all finite.
+// Returns a camera that sees all points from a three-quarter view, a little above. The points are
+// in the middle of the picture. The camera is as near as a margin of about a twentieth of the
+// picture on each side allows. `aspect` is width / height. Points less than 1 mm apart are treated
+// as a box of 1 mm. O(points). Preconditions: at least one point, all finite.
 Camera camera_for_points(std::span<const Vec3> points, double aspect);
 // Returns the camera of camera_for_points() for the corners of a box. Precondition: lowest <=
 // highest.
 Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect);
 
 // Returns the tolerance that keeps a surface of reduced detail within `pixels` (>= 0) of the
-// original in a picture of width x height. It holds up to terms of second order in the angle at
-// which the eye sees a deviation.
+// original in a picture of width x height pixels. The bound neglects terms of second order in the
+// angle that a deviation spans as seen from the eye.
 bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height, double pixels);
 
 // Returns lines for DrawnSurface: the borders of each patch, and rows and columns that split it
 // into cells. Cells are as square as whole numbers of quads allow, measured in metres at
-// `positions` (by particle, finite). There are at most 12 along the longest axis of all patches.
-// O(particles).
+// `positions` (by particle, finite). There are at most 12 cells along the longest axis of all
+// patches. O(particles).
 std::vector<std::array<int, 2>> grid_lines(const bsi::Atlas& atlas,
                                            std::span<const Vec3> positions);
 
@@ -91,12 +92,12 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
   // Draws surfaces with smooth normals (area-weighted), two-sided and anti-aliased, on a light
-  // background. A key light with soft shadows is to the left of the camera. The sky (in the
-  // direction `camera.up`) gives the rest of the light and is shadowed, too, so that folds and
-  // contacts darken. Shadows reach twice as far from `camera.target` as the picture does. Anything
-  // nearer to the eye than a thousandth of its distance to the target is cut off. The same input
-  // gives the same bytes. On one thread it takes about 0.5 us per triangle and 0.04 us per pixel
-  // that shows one.
+  // background. A key light with soft shadows shines from the upper left. The sky (in the direction
+  // `camera.up`) gives most of the other light and is shadowed, too, so that folds and contacts
+  // darken. Shadows reach twice as far from `camera.target` as the picture does. Surfaces
+  // nearer to the eye than a thousandth of the distance from the eye to the target are cut off. The
+  // same input gives the same bytes. Drawing runs on one thread and takes about 0.5 us per triangle
+  // and 0.04 us per pixel that shows a triangle.
   Picture draw(std::span<const DrawnSurface> surfaces, const Camera& camera);
 
  private:

@@ -9,20 +9,20 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double longest_edge = 16;  // pixels
-// Distance by which lines are moved towards the eye, in pixels at their distance, so that their own
-// surface does not hide them. (Pushing the surface back in proportion to its slope would reveal
-// lines 2 mm behind a fold that is seen edge-on.)
+constexpr double longest_edge = 16;  // pixels; longer edges of triangles are cut
+// Lines are moved towards the eye by this length, measured in pixels at their depth. Otherwise
+// their own surface would hide them. (To push the surface back in proportion to its slope would
+// reveal lines 2 mm behind a fold that is seen edge-on.)
 constexpr double line_pull_in_pixels = 1.5;
 
-// A vertex relative to the eye, and its place in the picture.
+// A vertex as the camera sees it.
 struct ScreenVertex {
-  Vec3 seen;
-  Vector2d pixel;  // meaningful only in front of the eye
+  Vec3 seen;       // coordinates relative to the eye (Perspective::seen()), m
+  Vector2d pixel;  // position in the picture, pixels; meaningful only in front of the eye
 };
 
-// Returns the plane that has these values at three points. `twice_area` is twice their triangle's
-// area.
+// Returns the plane that has these values at three points (pixels). `twice_area` is twice the
+// signed area of the triangle of the points.
 ScreenPlane plane_through(const std::array<Vector2d, 3>& points,
                           const std::array<double, 3>& values, double twice_area) {
   const Vector2d u = points[1] - points[0], v = points[2] - points[0];
@@ -47,10 +47,10 @@ class Projection {
  private:
   void add_screen_vertex(const BatchVertex& vertex);
   bool is_out_of_sight(const std::array<std::uint32_t, 3>& corners) const;
-  // Returns the length in space (m) of an edge that must be cut, or 0 for other edges.
+  // Returns the length (m) of an edge if the edge must be cut, else 0.
   double length_to_cut(std::uint32_t from, std::uint32_t to) const;
   std::uint32_t middle(std::uint32_t from, std::uint32_t to);
-  // Returns the box of the pixels between two corners, or an empty box outside the picture.
+  // Returns the pixels of the picture between the corners `low` and `high`; an empty box if none.
   ScreenBox box_around(const Vector2d& low, const Vector2d& high) const;
   void set_up(const BatchTriangle& triangle);
   float line_darkness(std::uint32_t vertex) const;
@@ -66,7 +66,8 @@ void Projection::add_screen_vertex(const BatchVertex& vertex) {
   vertices_.push_back({seen, perspective_->pixel(seen)});
 }
 
-// Returns true if all corners are beyond the same side of the picture, or all are too near.
+// Returns true if all corners are beyond the same side of the picture, or all are nearer to the eye
+// than perspective_->nearest.
 bool Projection::is_out_of_sight(const std::array<std::uint32_t, 3>& corners) const {
   unsigned beyond = 31;
   for (const std::uint32_t corner : corners) {
@@ -82,8 +83,8 @@ bool Projection::is_out_of_sight(const std::array<std::uint32_t, 3>& corners) co
   return beyond != 0;
 }
 
-// The result depends on the edge alone, so that the triangles on both sides of an edge are cut
-// alike.
+// The result depends only on the edge, so the triangles on both sides of an edge are cut at the
+// same vertex positions.
 double Projection::length_to_cut(std::uint32_t from, std::uint32_t to) const {
   const ScreenVertex& a = vertices_[from];
   const ScreenVertex& b = vertices_[to];
@@ -153,9 +154,9 @@ void Projection::set_up(const BatchTriangle& triangle) {
   drawn.box = box;
   drawn.corners = triangle.corners;
   drawn.surface = triangle.surface;
-  drawn.is_front = twice_area < 0;  // the picture's y points downwards
+  drawn.is_front = twice_area < 0;  // negative for front sides, because y points downwards
   drawn.nearness = plane_through(points, nearness, twice_area);
-  // The slack allows for a few roundings of floats as large as the triangle.
+  // The slack allows for a few rounding errors of floats as large as the triangle in pixels.
   const double slack_in_pixels = 1e-6 * (high - low).sum();
   for (int i = 0; i < 3; ++i) {
     std::array<double, 3> values{};

@@ -10,27 +10,29 @@
 
 namespace weft::gpu {
 
-// A quantity that is linear in the picture: start + across * x + down * y. x and y are relative to
-// the upper left pixel of its triangle or line, so that floats stay precise.
+// A quantity that is linear in the picture: start + across * x + down * y. x and y (pixels) are
+// counted from the upper left corner of a ScreenBox, which keeps floats precise.
 struct ScreenPlane {
   float start = 0, across = 0, down = 0;
 
   float at(float x, float y) const { return start + across * x + down * y; }
 };
 
-// The pixels that a triangle or a line may touch: columns left..right, rows top..bottom.
+// The pixels that a triangle or a line may touch: columns left..right and rows top..bottom, both
+// ends included.
 struct ScreenBox {
   int left = 0, top = 0, right = -1, bottom = -1;
 };
 
 struct ScreenTriangle {
   ScreenBox box;
-  // Barycentric coordinates in the picture (shares), one per corner. A point is inside if no share
-  // is below -slack, which allows for rounding. The barycentric coordinates in space are
-  // proportional to the shares times the nearness of their corners.
+  // The barycentric coordinates in the picture, one per corner. Each one, multiplied by the
+  // nearness of its corner, is proportional to the barycentric coordinate in space.
   std::array<ScreenPlane, 3> shares;
+  // A point is inside the triangle if no barycentric coordinate is below -slack. The slack allows
+  // for rounding.
   std::array<float, 3> slack;
-  // Reciprocal of the distance from the eye along the line of sight, 1/m.
+  // Reciprocal of the distance from the eye, measured along the camera's axis, 1/m.
   ScreenPlane nearness;
   std::array<float, 3> corner_nearness;
   std::array<std::uint32_t, 3> corners;
@@ -41,10 +43,12 @@ struct ScreenTriangle {
 // A line one pixel wide.
 struct ScreenLine {
   ScreenBox box;
-  ScreenPlane along;                       // 0 at its tail to 1 at its head
-  ScreenPlane aside;                       // pixels from its centre line
-  float nearness = 0, nearness_slope = 0;  // 1/m: at the tail, and head less tail
-  float darkness = 0, darkness_slope = 0;  // share of the light that it takes away, 0..1
+  ScreenPlane along;  // position along the line: 0 at its tail, 1 at its head
+  ScreenPlane aside;  // signed distance from the centre line, pixels
+  // Nearness at the tail, and its increase from tail to head, 1/m.
+  float nearness = 0, nearness_slope = 0;
+  // Fraction of the light that the line absorbs at its tail (0..1), and the increase to its head.
+  float darkness = 0, darkness_slope = 0;
 };
 
 struct ScreenGeometry {
@@ -52,8 +56,8 @@ struct ScreenGeometry {
   std::vector<ScreenLine> lines;
 
   // Replaces the contents by the part of the batch that the picture shows. Triangles that are large
-  // in the picture are cut into smaller ones, so that lighting their corners is enough. The new
-  // vertices are appended to the batch. O(vertices + triangles + pixels / 100).
+  // in the picture are cut into smaller ones, because the light of the sky is computed only at
+  // corners. The new vertices are appended to the batch. O(vertices + triangles + pixels / 100).
   void project(const Perspective& perspective, TriangleBatch& batch);
 };
 

@@ -9,11 +9,10 @@ namespace weft::gpu::shaders {
 std::string exactly(float value);
 std::string exactly(double value);
 
-// Declarations of buffers, with functions that read them: the table of levels, vertices (which need
-// the levels), boxes with spheres, and bounds of steps.
-extern const char* const levels;
-extern const char* const vertices;
-extern const char* const boxes;
-extern const char* const tangents;
+// GLSL declarations of buffers, with the functions that read them. `vertices` must follow `levels`.
+extern const char* const levels;    // table of levels
+extern const char* const vertices;  // vertices, and the map of texels to particles
+extern const char* const boxes;     // boxes and spheres of blocks
+extern const char* const tangents;  // bounds of the steps between vertices
 
 }  // namespace weft::gpu::shaders

@@ -38,7 +38,7 @@ void shade(const Lights& lights, const DepthMap& key_shadow, LitPoints& points) 
     nz[i] *= scale;
     key[i] = std::max(dot(nx[i], ny[i], nz[i], lights.key), 0.0F);
   }
-  // Shadows are sampled slightly off the surface, so that a surface does not shade itself.
+  // The shadow map is sampled slightly off the surface, so that a surface does not shade itself.
   const float offset = 2.5F * key_shadow.texel();
   for (int i = 0; i < points.count; ++i) {
     if (key[i] == 0) continue;

@@ -20,28 +20,30 @@ class SrgbTable {
 
  private:
   static constexpr int steps = 1 << 14;
-  std::array<std::uint8_t, steps + 1> values_;  // each for the middle of a step of linear values
+  // Entry i is the sRGB value at the middle of step i of the linear values.
+  std::array<std::uint8_t, steps + 1> values_;
 };
 
-// Points of surfaces, lit together by vector instructions: every quantity is an array.
+// Points of surfaces that are lit together. Every quantity is an array, for vector instructions.
 struct LitPoints {
   static constexpr int capacity = 256;
   using Values = std::array<float, capacity>;
 
   int count = 0;
   std::array<Values, 3> position;  // m
-  std::array<Values, 3> normal;    // on the side of the eye, any length
+  std::array<Values, 3> normal;    // points to the eye's side of the surface; any length
   Values sky;                      // light of the sky (gpu/sky_light.h)
-  std::array<Values, 3> albedo;    // linear
+  std::array<Values, 3> albedo;    // linear red, green and blue
   std::array<Values, 3> light;     // result of shade(): linear red, green and blue
 };
 
 struct Lights {
-  Eigen::Vector3f eye, up, key;  // the eye's position; directions up and towards the key light
+  // Position of the eye (m), unit vector upwards, unit vector towards the key light.
+  Eigen::Vector3f eye, up, key;
 };
 
 // Lights the points by Lambert's law, with a faint sheen and a rim. The light comes from the key
-// light (shadowed by `key_shadow`), the sky and the ground.
+// light (shadowed by `key_shadow`), the sky, the ground and, faintly, the eye.
 void shade(const Lights& lights, const DepthMap& key_shadow, LitPoints& points);
 
 }  // namespace weft::gpu

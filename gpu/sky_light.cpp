@@ -16,7 +16,7 @@ using Eigen::Vector3f;
 constexpr int light_count = 16;
 constexpr int map_size = 192;
 
-// Returns directions spread evenly over the upper hemisphere (a Fibonacci lattice), none along the
+// Returns directions spread evenly over the upper hemisphere (a Fibonacci lattice), except near the
 // horizon.
 std::array<Vec3, light_count> sky_directions(const Vec3& up) {
   const Vec3 across = up.unitOrthogonal();
@@ -56,7 +56,8 @@ void add_sky_light(const Vec3& up, double reach, TriangleBatch& batch) {
     for (BatchVertex& vertex : batch.vertices) {
       const Vector3f normal = vertex.normal().matrix();
       const float cosine = normal.dot(light);
-      // The light is sampled slightly off the surface, so that a surface does not shade itself.
+      // The shadow map is sampled slightly off the surface, so that a surface does not shade
+      // itself.
       const float offset = std::copysign(1.5F * map.texel(), cosine);
       const float lit = std::abs(cosine) * map.lit(vertex.position().matrix() + offset * normal);
       (cosine > 0 ? vertex.front_sky() : vertex.back_sky()) += lit;

@@ -9,7 +9,7 @@ namespace {
 const char* const queries = R"(
 layout(local_size_x = 64) in;
 struct Query {
-  double certificate_margin;  // negative: no certificate
+  double certificate_margin;  // m; negative: no certificate
   float half_margin;
   uint flags;
   float x, y, z;
@@ -25,7 +25,7 @@ Box point_of(Query query) {
   vec3 point = vec3(query.x, query.y, query.z);
   return Box(point, point);
 }
-// Returns true if the boxes overlap when both are widened by half the margin.
+// Returns true if the boxes overlap when each is widened by half_margin on all sides.
 bool overlap(Box a, Box b, float half_margin) {
   precise vec3 a_low = a.low - half_margin, a_high = a.high + half_margin;
   precise vec3 b_low = b.low - half_margin, b_high = b.high + half_margin;
@@ -33,10 +33,10 @@ bool overlap(Box a, Box b, float half_margin) {
 }
 
 // Lists to which shaders append. x is the number of work groups that the next reader of the list
-// needs, w is the length. The length keeps counting beyond the capacity.
+// needs, w is the number of items appended. Items beyond the capacity are counted but not stored.
 layout(std430, binding = 5) buffer Lists { uvec4 lists[]; };
 uniform uint group_limit;
-// Reserves places for `added` items, each read by `readers` invocations. Returns the first place.
+// Reserves indices for `added` items, each read by `readers` invocations. Returns the first index.
 uint append(uint list, uint added, uint readers) {
   uint first = atomicAdd(lists[list].w, added);
   uint groups = (readers * (first + added) + 63u) / 64u;
@@ -46,15 +46,15 @@ uint append(uint list, uint added, uint readers) {
 )";
 
 const char* const expand_main = R"(
-// Pairs of blocks: a, b, the levels of both (16 bits each), and the query.
+// Pairs of blocks: a, b, the indices of their levels (16 bits each), and the number of the query.
 layout(std430, binding = 1) readonly buffer PairsIn { uvec4 pairs_in[]; };
 layout(std430, binding = 2) writeonly buffer PairsOut { uvec4 pairs_out[]; };
 layout(std430, binding = 7) writeonly buffer LeafPairs { uvec4 leaf_pairs[]; };
 uniform uint list_in, list_out, list_leaves, pair_capacity, leaf_capacity;
 
-// The children of a block on the level below, or the block itself. Child i is block first + (i &
-// mask_u) + (i >> mask_u) * stride. The two children of a group are on different levels, so
-// level_step and stride may be negative (modulo 2^32).
+// The children of a block, or the block itself. Child i is block first + (i & mask_u) +
+// (i >> mask_u) * stride, and its level has the index level + i * level_step. Only groups have
+// children on different levels. Their level_step and stride may be negative (modulo 2^32).
 struct Children { uint level, level_step, first, stride, mask_u, count; };
 Children children_of_group(Level group) {
   uint first = levels[group.first_child].first;
@@ -62,7 +62,8 @@ Children children_of_group(Level group) {
                   levels[group.second_child].first - first, 0u,
                   group.second_child == group.first_child ? 1u : 2u);
 }
-// Returns the children of a block. A patch that is paired with a group stays whole.
+// Returns the children of a block. The result is the block itself if it is a leaf block, or if it
+// is a block of a patch and the pair contains a group (`with_group`).
 Children children_of(uint block, uint number, bool with_group) {
   Level level = levels[number];
   if (is_group(level)) return children_of_group(level);
@@ -107,7 +108,8 @@ bool certified(Tangent t, double margin) {
          is_beyond(diagonal, stray_diagonal, -a, stray_u, size, margin);
 }
 
-// Returns the number of blocks from a to b along an axis, -1 .. 1, or 2 if they are not neighbours.
+// Returns the step from block a to block b along an axis: -1, 0 or 1, or 2 if they are farther
+// apart.
 int step_between(uint a, uint b, uint blocks, bool wraps) {
   int step = int(b) - int(a);
   if (wraps && step == int(blocks) - 1) step = -1;
@@ -115,8 +117,9 @@ int step_between(uint a, uint b, uint blocks, bool wraps) {
   return abs(step) <= 1 ? step : 2;
 }
 
-// Returns true if the certificate proves that a block cannot touch itself, or a neighbour. For two
-// neighbours it covers the window of up to 2 x 2 blocks that contains both.
+// Returns true if the certificate proves that the two blocks of a pair cannot touch. They must be
+// one and the same block, or neighbours. For neighbours, the certificate tests the window of up to
+// 2 x 2 blocks that contains both.
 bool cannot_touch(Query query, uvec4 pair) {
   if (query.certificate_margin < 0.0lf || (pair.z & 0xFFFFu) != pair.z >> 16) return false;
   Level level = levels[pair.z >> 16];
@@ -171,7 +174,7 @@ void expand(uvec4 pair) {
     uint bit = uint(findLSB(near));
     uint level_a = level_of(a, bit >> 2), level_b = level_of(b, bit & 3u);
     uvec4 next = uvec4(child(a, bit >> 2), child(b, bit & 3u), level_a | level_b << 16, pair.w);
-    // Within one body, a pair names the lower patch first, although groups hold patches in any
+    // Within one body, `a` must be the block of the lower patch. Groups contain patches in any
     // order.
     if (grouped && is_self(query) && level_a > level_b) {
       next = uvec4(next.y, next.x, level_b | level_a << 16, pair.w);
@@ -192,14 +195,15 @@ void main() {
 }
 )";
 
-// The shader runs four invocations per pair of leaf blocks, one for each quad of the first block.
+// This shader runs four invocations per pair of leaf blocks: one per quad of the first block.
 const char* const leaves_main = R"(
 layout(std430, binding = 6) readonly buffer LeafPairs { uvec4 leaf_pairs[]; };
 layout(std430, binding = 7) writeonly buffer Results { uint results[]; };
 uniform uint list_leaves, list_results, leaf_capacity, result_capacity, triangles;
 
 struct Quad { uint number; uint row, col; };
-// Finds quad `i` of the 2 x 2 of a leaf block. Returns false if the block has no such quad.
+// Finds quad `i` of the up to 2 x 2 quads of a leaf block. Returns false if the block has no such
+// quad.
 bool find_quad(Level level, uint block, uint i, out Quad quad) {
   uint place = block - level.first;
   uint u = place & ((1u << level.log_u) - 1u), v = place >> level.log_u;
@@ -222,7 +226,7 @@ uvec4 corners_of(Level level, Quad quad) {
                vertex_of(level, texel_at(level, quad.row + 1u, quad.col)),
                vertex_of(level, texel_at(level, quad.row + 1u, quad.col + 1u)));
 }
-// The bounds of a quad's leaves: of its two triangles or, in `first`, of the whole quad.
+// The boxes of a quad's two triangles. If leaves are quads, `first` is the box of the whole quad.
 struct Leaves { Box first, second; };
 Leaves bound_leaves(uvec4 corner, bool swept) {
   Box diagonal = join(bound_vertex(corner.y, swept), bound_vertex(corner.z, swept));
@@ -250,10 +254,10 @@ mat4x3 corners_at_end(uvec4 corner, bool swept) {
 }
 float least(vec4 v) { return min(min(v.x, v.y), min(v.z, v.w)); }
 float greatest(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
-// Returns true if a plane proves that the quads end farther apart than the filter's reach plus
-// twice the longest path of their corners (docs/theory.md, "The distance filter"). The normal of
-// the plane is that of either quad, or the line between their centres. A normal so short that
-// squares of its components may be flushed to zero proves nothing.
+// Returns true if a plane proves that, at the ends of their paths, the quads are farther apart than
+// filter_reach plus twice the longest path of their corners (docs/theory.md, "The distance
+// filter"). The normal of the plane is that of either quad, or the line between their centres. A
+// normal of at most shortest_normal proves nothing, because its squares may be flushed to zero.
 bool are_apart(Query query, uvec4 corner_a, uvec4 corner_b) {
   if (query.filter_reach < 0.0) return false;
   bool swept_a = (query.flags & 4u) != 0u, swept_b = (query.flags & 8u) != 0u;
@@ -271,8 +275,8 @@ bool are_apart(Query query, uvec4 corner_a, uvec4 corner_b) {
   return false;
 }
 
-// Returns a mask of near leaves. Bit 4 j + 2 s + t stands for leaf s of the quad and leaf t of quad
-// j of block b. s and t are 0 if leaves are quads.
+// Returns a mask of the pairs of leaves that are near each other. Bit 4 j + 2 s + t stands for leaf
+// s of the quad and leaf t of quad j of block b. s and t are 0 if leaves are quads.
 uint near_leaves(Query query, bool itself, uint quad, Leaves leaves, uvec4 corners, uint block_b,
                  Level level_b) {
   bool swept_b = (query.flags & 8u) != 0u;
@@ -352,7 +356,8 @@ void main() {
 
 std::string expand_pairs(bsi::Bound bound, bool rounds_like_the_cpu) {
   const auto flag = [](bool value) { return value ? "true" : "false"; };
-  // GLSL promises no more for float64 than for float32: products exact to 2^-24, roots to 2^-20.
+  // GLSL guarantees the same relative accuracy for float64 as for float32: 2^-24 for products and
+  // 2^-20 for roots.
   const double rounding = rounds_like_the_cpu ? 0x1p-46 : 0x1p-16;
   const double factor = rounds_like_the_cpu ? 1 : 1 + 0x1p-16;
   return std::string("#version 450 core\n") + levels + boxes + tangents + queries +
@@ -364,7 +369,7 @@ std::string expand_pairs(bsi::Bound bound, bool rounds_like_the_cpu) {
 }
 
 std::string find_leaves() {
-  // GLSL's lengths are exact to 2^-19 of themselves, which the factor covers.
+  // The factor covers the relative error of GLSL's length(), at most 2^-19.
   return std::string("#version 450 core\n") + levels + vertices + boxes + queries +
          "const float filter_factor = " + exactly(1 + 0x1p-16F) +
          ";\nconst float shortest_normal = " + exactly(0x1p-50F) + ";\n" + leaves_main;

@@ -16,7 +16,7 @@ struct BatchVertex {
   Eigen::Array<float, 8, 1> values;
 
   auto position() const { return values.head<3>(); }    // m, relative to the batch's origin
-  auto normal() const { return values.segment<3>(3); }  // unit, or zero without area
+  auto normal() const { return values.segment<3>(3); }  // unit vector, or zero if undefined
   // The sky's light on the side to which the normal points, and on the other side
   // (gpu/sky_light.h).
   float& front_sky() { return values[6]; }
@@ -30,7 +30,7 @@ struct BatchTriangle {
 
 struct TriangleBatch {
   std::vector<BatchVertex> vertices;
-  std::vector<float> places;  // in colour maps, by vertex; empty if no surface has a map
+  std::vector<float> places;  // DrawnSurface::places by vertex; empty if no surface has a map
   std::vector<BatchTriangle> triangles;
   std::vector<std::array<std::uint32_t, 2>> lines;
 
@@ -42,8 +42,8 @@ struct TriangleBatch {
 // Returns unit normals by vertex: the normalised sum of the area vectors of the surrounding
 // triangles, or zero if that sum is zero.
 std::vector<Vec3> vertex_normals(const DrawnSurface& surface);
-// Returns the normals of the original surface at the vertices of the detail. With these, a surface
-// of reduced detail is lit like the original. O(triangles of the original).
+// Returns the normals of the original surface at the vertices of a surface of reduced detail. With
+// these, the reduced surface is lit like the original. O(triangles of the original).
 std::vector<Vec3> detail_normals(const bsi::DetailSurface& detail, const DrawnSurface& original);
 
 }  // namespace weft::gpu

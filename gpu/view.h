@@ -12,8 +12,8 @@ struct ViewFrame {
   Vec3 right, up, backward;
 };
 
-// Returns the frame of a view against `backward`. `up` may be any direction, even parallel to
-// `backward`.
+// Returns the frame of a camera that looks in the direction opposite to `backward`. `up` may be any
+// direction, even parallel to `backward`.
 ViewFrame look_along(const Vec3& backward, const Vec3& up);
 
 // The perspective of a camera. Positions are relative to the camera's target. Pixels are counted
@@ -23,7 +23,7 @@ struct Perspective {
   Vec3 eye;             // m
   int width, height;    // pixels
   double focal_length;  // pixels
-  double nearest;       // m; surfaces nearer to the eye are cut off
+  double nearest;       // m; surfaces nearer to the eye than this are cut off
 
   // Returns the coordinates of a point relative to the eye: right, up and forward, m.
   Vec3 seen(const Vec3& position) const {

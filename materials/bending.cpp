@@ -8,8 +8,8 @@ namespace weft::materials {
 
 namespace {
 
-// Returns C with t_k eliminated: the Schur complement of C_kk, where t_k has the value that
-// minimises 1/2 t^T C t. Precondition: C_kk > 0, which -1 < nu < 1 ensures.
+// Returns C after elimination of t_k: the Schur complement of C_kk, with a zero row and column k.
+// It belongs to the t_k that minimises 1/2 t^T C t. Precondition: C_kk > 0.
 Mat3 condensed(const Mat3& modulus, int k) {
   Mat3 result = modulus - modulus.col(k) * (modulus.row(k) / modulus(k, k));
   result.row(k).setZero();
@@ -66,8 +66,8 @@ StrainMapOf<double> bending_map(const Nodes3& rest, const Vec3& warp,
     const double a = first.dot(outward), b = second.dot(outward);
     map.col(i) = Vec3(a * a, b * b, 2 * a * b) / (double_area * outward.norm());
   }
-  // Eliminates the border edges one by one. The angle of edge k takes the value of least energy for
-  // given angles of the edges not yet eliminated.
+  // Border edges are eliminated one by one. The angle of edge k takes the value of least energy,
+  // given the angles of the edges that are not eliminated yet.
   const Mat3 stiffness = moduli.matrix();
   for (int k = 0; k < 3; ++k) {
     if (has_angle[k]) continue;

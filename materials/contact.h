@@ -1,5 +1,5 @@
-// The contact barrier, its damping and regularised friction as scalar functions. They are inline
-// because every evaluation of the forces calls them for every contact.
+// The contact barrier, its damping, regularised friction and the edge-edge mollifier, as scalar
+// functions with their derivatives. All are inline for speed.
 #pragma once
 
 #include <cassert>
@@ -7,12 +7,12 @@
 
 namespace weft::materials {
 
-// The barrier energy of a gap g (m),
-//   W(g) = -stiffness (g - range)^2 ln(g / range) for 0 < g < range, 0 beyond
-// (Li et al. 2020, Incremental Potential Contact, eq. 6). With a stiffness in N/m, W and its
-// derivatives by g have the units J, N, N/m and N/m^2. W is C2 at g = range, where the third
-// derivative jumps. Precondition: g > 0. In a release build g <= 0 gives NaN or infinities, never a
-// finite force.
+// The barrier energy of a gap g (m) and its derivatives by g (Li et al. 2020, Incremental Potential
+// Contact, eq. 6):
+//   W(g) = -stiffness (g - range)^2 ln(g / range) for 0 < g < range, 0 beyond.
+// With a stiffness in N/m, W and its derivatives have the units J, N, N/m and N/m^2. W is C2 at
+// g = range, where the third derivative jumps. Precondition: g > 0. In a release build, g <= 0
+// gives NaN or infinities, never a finite force.
 struct BarrierDerivatives {
   double value = 0, first = 0, second = 0, third = 0;
 };
@@ -23,8 +23,8 @@ inline BarrierDerivatives barrier(double gap, double range, double stiffness) {
   const double depth = gap - range;         // negative
   const double relative = depth * inverse;  // 1 - range / g
   const double ratio = range * inverse;
-  // log1p would be more exact near the range, where the force vanishes, but less exact near
-  // contact.
+  // std::log1p would be more accurate for gaps near the range, where the force vanishes, but less
+  // accurate for small gaps.
   const double logarithm = std::log(gap / range);
   return {-stiffness * depth * depth * logarithm, -stiffness * depth * (2 * logarithm + relative),
           -stiffness * (2 * logarithm + (4 - relative) * relative),
@@ -35,12 +35,11 @@ inline BarrierDerivatives barrier(double gap, double range, double stiffness) {
 // force of the barrier alone, g' the rate of the gap (m/s) and z = D g' / P, with
 //   D = damping_time W'' x / (x + 1/100),  x = 1 - gap / range,
 //   psi(z) = 1 - z for z <= 0,  (1 - z)^2 (1 + z) for 0 < z < 1,  0 for z >= 1.
-// Approaching surfaces repel each other with P - D g'. Separating surfaces repel each other with
-// less than P, and from the rate P / D on there is no force. F is C1 in the gap and in the rate, at
-// the range too. D is nearly damping_time W'', except in the outermost hundredth of the range:
-// there it vanishes as fast as P. All of the dissipation is in psi: another coefficient of
-// restitution needs another psi (docs/theory.md, section 7). `barrier` is the result of barrier()
-// at `gap`.
+// Approaching surfaces repel each other with the force P - D g'. Separating surfaces repel each
+// other with less than P. From the rate P / D on, there is no force. F is C1 in the gap and in the
+// rate, also at g = range. D is nearly damping_time W'' except for gaps near the range, where it
+// vanishes as fast as P. Only psi dissipates energy: P is conservative (docs/theory.md, section 7).
+// `barrier` is the result of barrier() at `gap`.
 struct DampedPush {
   double force = 0;      // N
   double stiffness = 0;  // -dF/dg, N/m
@@ -66,11 +65,11 @@ inline DampedPush damped_push(const BarrierDerivatives& barrier, double gap, dou
           -damping * slope};
 }
 
-// Regularised Coulomb friction (IPC, eq. 13 ff.). At the sliding speed s >= 0 (m/s) the friction
-// force is mu N f(s), with
+// Regularised Coulomb friction (Li et al. 2020, eq. 13 and after). At the sliding speed s >= 0
+// (m/s) the friction force is mu N f(s), with
 //   f(s) = 2 s/e - (s/e)^2 for s < e,  1 for s >= e.
-// The function returns f(s)/s, which is finite at rest: the force vector is -mu N (f/s) v_t.
-// Precondition: e = regularisation_speed > 0.
+// The force vector is -mu N (f/s) v_t. The function therefore returns f(s) / s, which is finite at
+// s = 0, and f'(s). Precondition: e = regularisation_speed > 0.
 struct FrictionFactor {
   double over_speed = 0;  // f(s) / s, s/m
   double slope = 0;       // f'(s), s/m
@@ -83,9 +82,10 @@ inline FrictionFactor friction_factor(double speed, double regularisation_speed)
   return {(2 - ratio) * inverse, 2 * (1 - ratio) * inverse};
 }
 
-// The edge-edge mollifier m(c) (IPC, section 4.1) and its derivatives by c, the squared cross
-// product of the two edges. Below the threshold e > 0, m = -(c/e)^2 + 2 c/e, which falls to 0 for
-// parallel edges. m = 1 for c >= e. c and e are in m^4. m is C1 at c = e.
+// The edge-edge mollifier m(c) (Li et al. 2020, section 4.1) and its derivatives by c. c is the
+// squared cross product of the two edges, m^4. With the threshold e > 0 (m^4),
+//   m(c) = 2 c/e - (c/e)^2 for c < e,  1 for c >= e.
+// m is 0 for parallel edges, and C1 at c = e.
 struct MollifierDerivatives {
   double value = 1, first = 0, second = 0;
 };

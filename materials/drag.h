@@ -5,12 +5,12 @@
 
 namespace weft::materials {
 
-// Air density times the drag coefficients, kg/m^3, not negative. The force per area is
+// The products of the air's density and the two drag coefficients, kg/m^3, not negative. The force
+// per area is
 //   1/2 |w| (normal w_n + tangential w_t).
-// The relative wind w is the velocity of the wind minus that of the piece; a triangle has the
-// velocity of its centroid. w_n and w_t are the parts of w along the normal and in the plane. The
-// force does not depend on the orientation of the normal. Its power on a body in still air is never
-// positive.
+// The relative wind w is the velocity of the wind minus the velocity of the piece. w_n is the part
+// of w along the normal of the piece, w_t the part in its plane. The force does not depend on the
+// sign of the normal. In still air, its power on the surface is never positive.
 template <class Real>
 struct DragOf {
   Real normal = 0;
@@ -18,14 +18,15 @@ struct DragOf {
 };
 using Drag = DragOf<double>;
 
-// The flow of air past a piece of a surface. flow_past() computes it for a triangle whose nodes
-// have the positions x (m) and the velocities v (m/s), as columns. `wind` is in m/s.
+// The flow of air past a piece of a surface.
 template <class Real>
 struct FlowOf {
   Vec3Of<Real> relative_wind;  // w, m/s
-  Vec3Of<Real> normal;         // unit, or zero without area
+  Vec3Of<Real> normal;         // unit normal of the piece, or zero if it has no area
   Real area;                   // m^2
 };
+// Returns the flow past a triangle that moves with the mean velocity of its nodes. The columns of x
+// and v are the positions (m) and velocities (m/s) of the nodes. `wind` is in m/s.
 template <class Real>
 FlowOf<Real> flow_past(const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& v,
                        const Vec3Of<Real>& wind) {
@@ -38,7 +39,7 @@ FlowOf<Real> flow_past(const NodesOf<Real, 3>& x, const NodesOf<Real, 3>& v,
   return flow;
 }
 
-// Returns B w, kg/(m^2 s), with the matrix B of drag_damping().
+// Returns B w, kg/(m^2 s), with the matrix B = normal n n^T + tangential (I - n n^T).
 template <class Real>
 Vec3Of<Real> weighted_wind(const DragOf<Real>& drag, const FlowOf<Real>& flow) {
   return drag.tangential * flow.relative_wind +
@@ -51,8 +52,8 @@ Vec3Of<Real> drag_force(const DragOf<Real>& drag, const FlowOf<Real>& flow) {
   return (0.5 * flow.area * square_root(squared_norm(flow.relative_wind))) *
          weighted_wind(drag, flow);
 }
-// Returns the total force on a triangle, N; each node receives a third. The force is zero for a
-// triangle without area.
+// Returns the total force on a triangle (N), of which each node receives a third. The force on a
+// triangle without area is zero.
 template <class Real>
 Vec3Of<Real> drag_force(const DragOf<Real>& drag, const NodesOf<Real, 3>& x,
                         const NodesOf<Real, 3>& v, const Vec3Of<Real>& wind) {
@@ -63,8 +64,8 @@ Vec3Of<Real> drag_force(const DragOf<Real>& drag, const NodesOf<Real, 3>& x,
 // semi-definite, N s/m. With B = normal n n^T + tangential (I - n n^T), the force is A/2 |w| B w.
 // The returned matrix is
 //   A/2 |w| (B + B w w^T B / w^T B w).
-// It is exact for changes of w along w, and in every direction if w lies along the normal or in the
-// plane. It is zero for w = 0.
+// Its product with w is exact. If w is along the normal or in the plane, the whole matrix is exact.
+// It is zero for w = 0.
 template <class Real>
 Mat3Of<Real> drag_damping(const DragOf<Real>& drag, const FlowOf<Real>& flow) {
   const Vec3Of<Real> weighted = weighted_wind(drag, flow);
@@ -76,7 +77,8 @@ Mat3Of<Real> drag_damping(const DragOf<Real>& drag, const FlowOf<Real>& flow) {
   result.diagonal().array() += drag.tangential;
   return (0.5 * flow.area * square_root(squared_norm(flow.relative_wind))) * result;
 }
-// Returns the total matrix for a triangle, N s/m; the block of each pair of nodes receives a ninth.
+// Returns the matrix of drag_damping() for a whole triangle, N s/m. The block of each pair of nodes
+// receives a ninth of it.
 template <class Real>
 Mat3Of<Real> drag_damping(const DragOf<Real>& drag, const NodesOf<Real, 3>& x,
                           const NodesOf<Real, 3>& v, const Vec3Of<Real>& wind) {

@@ -1,8 +1,8 @@
-// The membrane of a triangle of cloth with any elastic law over the strain e = (E_11, E_22, 2 E_12)
-// (strain_map.h, orthotropic_membrane.h). The stiffness of the Kelvin-Voigt damping is V, the
-// semi-definite moduli of the law. The edge tensions are
+// The membrane of a triangle of cloth with any elastic law (strain_map.h) over the strain
+// e = (E_11, E_22, 2 E_12) (orthotropic_membrane.h). The edge tensions are
 //   s = A B^T (dw/de + beta V B q'),
-// with the rest area A, the changes q of the squared edge lengths, and e = B q.
+// with the rest area A, the changes q of the squared edge lengths, and e = B q. The second term is
+// Kelvin-Voigt damping. V are the semi-definite moduli of the law.
 #pragma once
 
 #include "materials/membrane.h"
@@ -12,27 +12,27 @@ namespace weft::materials {
 
 template <class Real>
 struct FabricMembraneOf {
-  std::array<Real, 3> rest_squared_length{};  // of the edge opposite each node, m^2
-  StrainMapOf<Real> strains;                  // from the changes q of squared edge lengths
+  std::array<Real, 3> rest_squared_length{};  // L_i^2 of the edge opposite node i, m^2
+  StrainMapOf<Real> strains;                  // map from q to e
   Real damping_time = 0;                      // beta, s
 };
 using FabricMembrane = FabricMembraneOf<double>;
 
 // Makes the membrane of a triangle. `rest` holds the positions of the nodes (m) as columns,
-// `damping_time` is beta (s). Precondition: the rest triangle has an area, and `warp` is not normal
-// to it.
+// `damping_time` is beta (s). The projection of `warp` onto the triangle is the axis of the warp.
+// Preconditions: the rest triangle has an area, and `warp` is not normal to it.
 FabricMembrane make_fabric_membrane(const Nodes3& rest, const Vec3& warp, double damping_time);
 
-// Returns the energy, J, at the positions x of the nodes (m).
+// Returns the energy (J). x holds the positions of the nodes (m) as columns.
 template <class Real, class Law>
 Real fabric_energy(const FabricMembraneOf<Real>& membrane, const Law& law,
                    const NodesOf<Real, 3>& x) {
   return law_energy(membrane.strains, law, squared_length_changes(membrane, opposite_edges(x)));
 }
 
-// Returns the edge tensions s, N/m. The first overload omits the damping. `edges` are
-// opposite_edges() of the nodes (m), `v` their velocities (m/s). pulls_of() of membrane.h turns
-// tensions into forces.
+// Return the edge tensions s, N/m. The first overload omits the damping. `edges` is the result of
+// opposite_edges() (m), and `v` holds the velocities of the nodes (m/s) as columns. pulls_of()
+// (membrane.h) converts tensions to forces.
 template <class Real, class Law>
 Vec3Of<Real> fabric_tensions(const FabricMembraneOf<Real>& membrane, const Law& law,
                              const NodesOf<Real, 3>& edges) {
@@ -46,8 +46,8 @@ Vec3Of<Real> fabric_tensions(const FabricMembraneOf<Real>& membrane, const Law& 
   return law_slope(membrane.strains, law, q) + law_viscosity(membrane.strains, law, q) * rates;
 }
 
-// A symmetric matrix over the edges (N/m^3) with the interface of a `Membrane` (membrane.h), for
-// functions that read only the moduli.
+// A symmetric 3 x 3 matrix over the edges of a triangle, N/m^3. It serves as the `Membrane` of
+// functions in membrane.h that use only modulus() and times_modulus().
 template <class Real>
 struct EdgeModulusOf {
   Symmetric3Of<Real> entries;

@@ -1,6 +1,6 @@
-// The angle between two triangles that share an edge, and its derivatives. The shared edge is x0 ->
-// x1; x2 and x3 are the opposite nodes. The triangles (x0, x1, x2) and (x1, x0, x3) are both
-// counter-clockwise seen from the same side.
+// The angle between two triangles that share an edge (a hinge), and its derivatives. The shared
+// edge runs from node x0 to node x1; x2 and x3 are the opposite nodes. The triangles (x0, x1, x2)
+// and (x1, x0, x3) are counter-clockwise as seen from the side to which their normals point.
 #pragma once
 
 #include "materials/membrane.h"
@@ -8,9 +8,9 @@
 
 namespace weft::materials {
 
-// The vectors from which the angle of a hinge and its gradient are computed: the edge, the arms
+// The vectors from which the angle of a hinge and its gradient are computed: the edge (m), the arms
 // from x0 to the opposite nodes (m) and the normals of the triangles (m^2). `flat_triangle` is true
-// if either triangle has no area: its sine at x0 is at most 1e-12.
+// if a triangle has no area: the sine of its angle at x0 is at most 1e-12.
 template <class Real>
 struct HingeVectorsOf {
   Vec3Of<Real> edge, arm2, arm3, normal2, normal3;
@@ -19,8 +19,8 @@ struct HingeVectorsOf {
 };
 using HingeVectors = HingeVectorsOf<double>;
 
-// Returns true if a triangle with this squared normal and these squared sides has no area. NaN
-// gives false, so that it reaches the result of the caller.
+// Returns true if a triangle with this squared normal and these two squared sides has no area. NaN
+// gives false, which lets NaN propagate instead of being taken for a flat triangle.
 template <class Real>
 auto is_flat(const Real& squared_normal, const Real& squared_side, const Real& squared_other) {
   return squared_normal <= 1e-24 * squared_side * squared_other;
@@ -44,22 +44,21 @@ HingeVectorsOf<Real> hinge_vectors(const NodesOf<Real, 4>& x) {
 }
 
 // Returns the angle of a hinge in [-pi, pi]. It is 0 if the hinge is flat. It is positive if x3
-// lies above the plane of the first triangle: the surface is a valley seen from the side of both
-// normals. It jumps by 2 pi where the triangles fold onto each other. A triangle without area gives
-// the angle 0.
+// lies above the plane of the first triangle: seen from the side of the normals, the surface is a
+// valley. It jumps by 2 pi where the triangles fold onto each other. If a triangle has no area, the
+// result is 0.
 template <class Real>
 Real hinge_angle(const HingeVectorsOf<Real>& h) {
-  // The sine is proportional to edge . (normal3 x normal2) / |edge| = |edge| arm3 . normal2. The
-  // last form is accurate near 0 and pi.
+  // The sine is proportional to edge . (normal3 x normal2) / |edge|, which equals |edge| arm3 .
+  // normal2. The second form is accurate near 0 and pi.
   return choose(h.flat_triangle, 0.0,
                 arc_tangent(h.edge_length * dot(h.arm3, h.normal2), dot(h.normal2, h.normal3)));
 }
 inline double hinge_angle(const Nodes4& x) { return hinge_angle(hinge_vectors(x)); }
 
-// Returns d angle / d x_i as columns, 1/m; zero for a triangle without area. The gradient at an
-// opposite node lies along the normal of its triangle; its length is one over the height of the
-// node. The gradients at the ends of the edge balance the other two in force and moment, like the
-// supports of a lever.
+// Returns d angle / d x_i as columns, 1/m. If a triangle has no area, all are zero. The gradient at
+// an opposite node lies along the normal of its triangle, with the length 1 / height of the node.
+// The gradients at the ends of the edge balance these two in force and moment.
 template <class Real>
 NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
   const auto over = [&](const Real& numerator, const Real& denominator) {
@@ -80,27 +79,30 @@ NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
 }
 inline Nodes4 hinge_gradient(const Nodes4& x) { return hinge_gradient(hinge_vectors(x)); }
 
-// One triangle's part of the sum over its hinges sum_i moment_i d^2 angle_i / dx dx, where hinge i
-// has the edge opposite node i. The whole Hessian is the sum over both triangles of every hinge.
-// The part is symmetric and involves only the triangle's own nodes, since x2 and x3 of a hinge are
-// not coupled (Tamstorf and Grinspun 2013, Discrete bending forces and their Jacobians). Its unit
-// is that of the moments / m^2. A triangle without area contributes nothing.
+// The contribution of one triangle to sum_i moment_i d^2 angle_i / dx dx, where hinge i has the
+// edge opposite node i of the triangle. The second derivative of the angle of a hinge is the sum of
+// the contributions of its two triangles. A contribution is symmetric and involves only the nodes
+// of its triangle, since x2 and x3 of a hinge are not coupled (Tamstorf and Grinspun 2013, Discrete
+// bending forces and their Jacobians). Its unit is that of the moments / m^2. A triangle without
+// area contributes zero.
 //
-// Derivation, for the edge p -> q of a triangle (p, q, r). N is the unit normal, e the unit edge, l
-// its length, and m the unit vector in the plane from the edge to r. h is the height of r; t is the
-// foot of this height, as a fraction of the edge. With w = (t - 1, -t, 1) and s = (-1, 1, 0), the
-// gradient at node a is w_a N / h. Its derivative follows from
+// Derivation, for the edge from p to q of a triangle (p, q, r). N is the unit normal, e the unit
+// edge, and l the length of the edge. m is the unit vector in the plane, normal to the edge and
+// towards r. h is the height of r. t is the foot of this height, as a fraction of the edge from p.
+// With w = (t - 1, -t, 1) and s = (-1, 1, 0), the gradient at node a is w_a N / h. Its derivative
+// follows from
 //   dN = -(m/h) N.D - (e/l) N.d(q - p),  dh = m.D,
 //   dt = e.D / l + h/l^2 m.d(q - p),  D = sum_b w_b dx_b.
 // Block (a, b) is therefore
 //   -w_a w_b/h^2 (m N^T + N m^T) - (s_a w_b N e^T + w_a s_b e N^T)/(h l) - s_a s_b/l^2 N m^T.
-// The last term alone is not symmetric, but its sum over both triangles is, so each triangle takes
-// its symmetric part. All terms contain N: block (a, b) is N c_ab^T + c_ba N^T.
+// The last term is not symmetric, but its sum over both triangles is. Each triangle therefore
+// contributes only the symmetric part of this term. All terms contain N: block (a, b) is
+// N c_ab^T + c_ba N^T.
 template <class Real>
 class HingeStress {
  public:
-  // Starts with the hinge opposite node i; add() adds further hinges. `x` holds the positions of
-  // the nodes (m) as columns.
+  // Starts the sum with the hinge opposite node i. `x` holds the positions of the nodes (m) as
+  // columns. add() adds another hinge.
   HingeStress(const NodesOf<Real, 3>& x, int i, const Real& moment) : edges_(opposite_edges(x)) {
     const Vec3Of<Real> first = edges_.col(0), second = edges_.col(1);
     const Vec3Of<Real> normal = first.cross(second);
@@ -112,7 +114,7 @@ class HingeStress {
   }
   void add(int i, const Real& moment) { add_stress<false>(i, moment); }
 
-  // Returns the block of nodes a and b.
+  // Returns the block of the contribution for nodes a and b, with the derivatives by x_a and x_b.
   Mat3Of<Real> block(int a, int b) const {
     return outer<Real>(normal_, c_[a][b]) + outer<Real>(c_[b][a], normal_);
   }
@@ -150,7 +152,7 @@ class HingeStress {
 
   NodesOf<Real, 3> edges_;
   Vec3Of<Real> normal_, c_[3][3];
-  Real inverse_area_;  // one over twice the area, 1/m^2
+  Real inverse_area_;  // 1 / (2 area), 1/m^2
   decltype(Real() < Real()) flat_;
 };
 

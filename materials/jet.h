@@ -1,6 +1,6 @@
-// Numbers that carry their derivatives by three variables (forward-mode automatic differentiation).
-// A formula that is written once, for any number type, then also gives its gradient and Hessian,
-// exact to rounding. The number types are double, Lanes and jets of either.
+// Numbers with their derivatives by three variables (forward-mode automatic differentiation). A
+// formula that is a template over its number type also gives its gradient and Hessian, exact to
+// rounding. The number types are double, Lanes, and jets of double or Lanes.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ struct Jet {
     first.fill(0.0);
     second.fill(0.0);
   }
-  // Returns variable i at a value: its gradient is unit vector i, its Hessian zero.
+  // Returns variable i with this value. Its gradient is unit vector i, and its Hessian is zero.
   static Jet variable(const Real& value, int i) {
     Jet result(value);
     result.first[i] = 1.0;
@@ -75,7 +75,8 @@ Real value_of(const Jet<Real, order>& a) {
   return a.value;
 }
 
-// Returns f(a) by the chain rule. The arguments after a are f, f' and f'' at the value of a.
+// Returns f(a) with its derivatives by the chain rule. The arguments after a are the values of f,
+// f' and f'' at a.
 inline double composed(double, double f, double, double) { return f; }
 inline Lanes composed(const Lanes&, const Lanes& f, const Lanes&, const Lanes&) { return f; }
 template <class Real, int order>
@@ -100,15 +101,15 @@ Number inverse(const Number& a) {
   const auto slope = -f * f;
   return composed(a, f, slope, -2.0 * slope * f);
 }
-// Returns the square root of a positive number.
+// Returns the square root of a. Precondition: a is positive.
 template <class Number>
 Number root(const Number& a) {
   const auto f = square_root(value_of(a));
   const auto slope = 0.5 / f;
   return composed(a, f, slope, -0.5 * slope / value_of(a));
 }
-// Returns the larger of a number and a constant. Its derivatives are those of the number above the
-// constant, and zero elsewhere.
+// Returns the larger of `a` and the constant `least`. The derivatives are those of `a` if `a`
+// exceeds `least`, else zero.
 template <class Number>
 Number at_least(const Number& a, double least) {
   using Real = decltype(value_of(a));

@@ -14,21 +14,21 @@
 
 namespace weft::materials {
 
-// Number of doubles in a register. The name of the inline namespace depends on it. A program
-// compiled for another processor than Weft's libraries therefore cannot link with functions of
-// another lane count.
+// lane_count is the number of doubles in a batch. The name of the inline namespace depends on it. A
+// program that was compiled with another lane count than Weft's libraries therefore fails to link.
 #if defined(__AVX512F__)
 inline namespace eight_lanes {
 inline constexpr int lane_count = 8;
 #else
 inline namespace four_lanes {
-inline constexpr int lane_count = 4;  // two registers without AVX
+inline constexpr int lane_count = 4;  // one AVX register, or two SSE registers
 #endif
 
-// A vector of GCC's extension, wrapped in a class that can be the scalar of Eigen's matrices.
+// A batch of numbers. It wraps GCC's vector extension in a class that Eigen's matrices accept as
+// their scalar.
 struct Lanes {
   typedef double Vector __attribute__((vector_size(8 * lane_count)));
-  // The result of a comparison: all bits are set in the lanes where it is true.
+  // The result of a comparison. In lanes where the comparison is true, all bits are set.
   struct Mask {
     typedef decltype(Vector{} < Vector{}) Bits;
     Bits bits;
@@ -84,8 +84,8 @@ inline Lanes magnitude(Lanes a) { return negate_where(a < Lanes(0), a); }
 
 // Returns std::atan2(y, x) within 2 units in the last place. Precondition: the sum and the ratio of
 // |x| and |y| neither overflow nor underflow. Two zeros give 0; NaN gives NaN. Symmetries reduce
-// the problem to atan t with |t| <= 0.66, where atan t = t + t^3 P(t^2) / Q(t^2) (S. L. Moshier,
-// Cephes, atan.c, 1984: error 1.8e-16).
+// the problem to atan t with |t| <= 0.66. There atan t = t + t^3 P(t^2) / Q(t^2), with a relative
+// error of 1.8e-16 (S. L. Moshier, Cephes, atan.c, 1984).
 inline Lanes arc_tangent(Lanes y, Lanes x) {
   constexpr double half_pi = std::numbers::pi / 2, half_pi_rest = 6.123233995736765886e-17;
   const Lanes height = magnitude(y), width = magnitude(x);
@@ -109,8 +109,8 @@ inline Lanes arc_tangent(Lanes y, Lanes x) {
                       z +
                   1.945506571482613964425e2;
   const Lanes small = t + t * (z * p / q);
-  // The angle of the octant is `octant` plus `rest`, the rounding error of its multiple of pi/2.
-  // The sign of y comes last.
+  // The angle is that of the octant plus or minus `small`. The octant's angle is a multiple of
+  // pi / 4: the rounded multiple `octant` plus its rounding error `rest`. The sign of y comes last.
   Lanes octant = choose(is_diagonal, half_pi / 2, 0.0);
   octant = choose(is_steep, half_pi - octant, octant);
   octant = choose(is_back, 2 * half_pi - octant, octant);
@@ -118,8 +118,8 @@ inline Lanes arc_tangent(Lanes y, Lanes x) {
   const Lanes angle = octant + (negate_where(is_steep ^ is_back, small) + rest);
   return negate_where(y < Lanes(0), angle);
 }
-// One step of transpose(). Rows i and i + distance exchange blocks of `distance` numbers: blocks 1,
-// 3, .. of the first for blocks 0, 2, .. of the second.
+// One step of transpose(). Both rows of a pair (i, i + distance) consist of blocks of `distance`
+// numbers. The odd blocks of row i are exchanged for the even blocks of row i + distance.
 template <int distance, int... lane>
 void exchange(std::array<Lanes::Vector, lane_count>& rows, std::integer_sequence<int, lane...>) {
   for (int i = 0; i < lane_count; ++i) {
@@ -139,13 +139,13 @@ inline void transpose(std::array<Lanes::Vector, lane_count>& rows) {
   if constexpr (lane_count == 8) exchange<4>(rows, lanes);
 }
 
-// The functions below load and store vectors of three numbers that are adjacent in memory, one
-// vector per lane. Pointers to unaligned numbers spell out their type, because `auto` would deduce
-// an aligned one.
+// The functions below work on lane_count vectors of three numbers that are adjacent in memory.
+// Each vector belongs to one lane. Pointers to unaligned numbers spell out their type, because
+// `auto` would deduce an aligned one.
 typedef double UnalignedLanes __attribute__((vector_size(8 * lane_count), aligned(8), may_alias));
 
 #if defined(__AVX512F__)
-// Loads one vector per lane from adjacent vectors at an address. Returns all x, all y and all z.
+// Loads adjacent vectors from an address. Returns all their x, all y and all z, by lane.
 inline std::array<Lanes, 3> load_vectors(const double* at) {
   const UnalignedLanes* rows =
       reinterpret_cast<const UnalignedLanes*>(at);  // NOLINT(modernize-use-auto)
@@ -168,7 +168,8 @@ inline void add_vectors(const std::array<Lanes, 3>& v, double* at) {
   rows[1] += __builtin_shufflevector(b, z, 10, 1, 2, 11, 4, 5, 12, 7);
   rows[2] += __builtin_shufflevector(c, z, 0, 13, 2, 3, 14, 5, 6, 15);
 }
-// Returns each number three times in a row: factors for the components of adjacent vectors.
+// Returns each number of `a` three times in succession: factors for the components of adjacent
+// vectors.
 inline std::array<Lanes, 3> threefold(Lanes a) {
   const Lanes::Vector v = a.values;
   return {Lanes(__builtin_shufflevector(v, v, 0, 0, 0, 1, 1, 1, 2, 2)),
@@ -184,8 +185,9 @@ inline Lanes moved_up(Lanes before, Lanes a) {
 typedef double Pair __attribute__((vector_size(16)));
 typedef double UnalignedPair __attribute__((vector_size(16), aligned(8), may_alias));
 
-// Loads pairs of numbers. Two pairs that lie six numbers apart in memory fill the halves of a
-// register. All further shuffles stay within halves, which makes them fast.
+// The function as above, for four lanes. It loads pairs of numbers. Two pairs that are six numbers
+// apart in memory fill the halves of a register. All further shuffles are within halves, which
+// makes them fast.
 inline std::array<Lanes, 3> load_vectors(const double* at) {
   const auto half = [at](int i) { return Pair(*reinterpret_cast<const UnalignedPair*>(at + i)); };
   const Lanes::Vector xy = __builtin_shufflevector(half(0), half(6), 0, 1, 2, 3);

@@ -5,7 +5,7 @@
 
 namespace weft::materials {
 
-// Computes a_j by the cosine transform of C_1, whose angles are equally spaced.
+// Computes the coefficients a_j by a discrete cosine transform of the values of C_1.
 MeasuredStretch::MeasuredStretch(const std::array<Row, row_count>& rows) : at_rest_(rows[0]) {
   constexpr int last = angle_count - 1;
   for (int j = 0; j < angle_count; ++j) {

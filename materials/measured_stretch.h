@@ -1,28 +1,30 @@
-// Membranes of measured cloth: the stiffness of Wang, O'Brien and Ramamoorthi 2011 (Data-driven
-// elastic models for cloth), as the simulator ARCSim interpolates it, but derived from an energy.
+// Membranes of measured cloth. The stiffness is that of Wang, O'Brien and Ramamoorthi 2011
+// (Data-driven elastic models for cloth), as the simulator ARCSim interpolates it. Unlike theirs,
+// the tensions here are derived from an energy.
 //
 // The measured tensions are S = C(s, phi) E, where E is the Green strain in the axes of warp and
-// weft and C = [11 12 0; 12 22 0; 0 0 33] over (E_11, E_22, E_12). C depends on the major principal
-// stretch lambda_1 and on its angle phi to the warp,
+// weft and C = [11 12 0; 12 22 0; 0 0 33] acts on (E_11, E_22, E_12). C depends on the major
+// principal stretch lambda_1 and on its angle phi to the warp,
 //   C = (1 - s) C_0 + s C_1(phi),   s = min(6 (lambda_1 - 1), 1), 0 below.
-// C_1 is given at phi = 0, 22.5, 45, 67.5 and 90 degrees. No energy has these tensions: their work
-// on a closed path is not zero. The energy per rest area here is their work on the straight path to
-// E,
+// C_1 is given at phi = 0, 22.5, 45, 67.5 and 90 degrees. The tensions S do not derive from an
+// energy: their work on a closed path is not zero. The energy per rest area here is the work of S
+// on the straight path to E,
 //   w = int_0^1 E : S(t E) dt = 1/2 E : [C_0 + h (C_1 - C_0)] : E,   h = int_0^1 2 t s(t E) dt.
-// Hence E : dw/dE = E : S(E) for every strain. A stretch along one direction with the width held
-// therefore takes the force of S. Under an equal stretch along warp and weft, the sum of both
-// forces is that of S.
+// Hence E : dw/dE = E : S(E) for every strain. If only one direction is stretched and the width is
+// held, the force is that of S. If warp and weft are stretched equally, the sum of both forces is
+// that of S.
 //
-// The tensions of Wang jump where phi jumps. Four changes make w smooth. e_1 >= e_2 are the
+// The tensions S jump where phi jumps. The four changes below make w smooth. e_1 >= e_2 are the
 // principal strains and q = (e_1 - e_2) / (e_1 + e_2). Both directions are stretched if q < 1.
 // - C_1 passes through its five values as a polynomial in cos 2 phi, sum_j a_j cos 2 j phi.
-// - For q < 1, a_j is multiplied by r^j with r = (15 q - 10 q^3 + 3 q^5) / 8. An equal stretch in
-//   all directions has no phi; there r = 0, and C_1 is the mean a_0.
-// - For q < 1, s follows from e_1 + (e_1 + e_2) (15 q^2 - 10 q^4 + 3 q^6 - 8 q) / 16 in place of
+// - For q < 1, a_j is multiplied by r^j with r = (15 q - 10 q^3 + 3 q^5) / 8. If the stretch is
+//   equal in all directions, phi is undefined; then r = 0, and C_1 is the mean a_0.
+// - For q < 1, s is computed from e_1 + (e_1 + e_2) (15 q^2 - 10 q^4 + 3 q^6 - 8 q) / 16 instead of
 //   the major strain e_1. Both are equal at q = 0 and q = 1.
-// - The term h (C_1 - C_0) limits the contraction across the stretch to three times the stretch.
-//   For u = e_2 / e_1 < -1 it replaces e_2 by -e_1 (1 + 2 y / sqrt(1 + y^2)), y = (-u - 1) / 2.
-//   Without a limit, a small stretch would stiffen cloth that is compressed across it.
+// - In the term h (C_1 - C_0), the contraction across the stretch is limited to three times the
+//   stretch. For u = e_2 / e_1 < -1, e_2 is replaced by -e_1 (1 + 2 y / sqrt(1 + y^2)) with
+//   y = (-u - 1) / 2. Without this limit, a small stretch would stiffen cloth that is compressed
+//   across it.
 #pragma once
 
 #include <array>
@@ -35,14 +37,15 @@ namespace weft::materials {
 class MeasuredStretch {
  public:
   static constexpr int angle_count = 5, row_count = 1 + angle_count;
-  // The entries 11, 12, 22 and 33 of C, N/m.
+  // One matrix C as its entries 11, 12, 22 and 33, N/m.
   using Row = std::array<double, 4>;
 
-  // `rows`: C_0, then C_1 at the five angles. Precondition: in each row, no entry is negative, and
-  // C_12^2 <= C_11 C_22.
+  // `rows` holds C_0, then C_1 at the five angles. Precondition: in each row, no entry is negative,
+  // and C_12^2 <= C_11 C_22.
   explicit MeasuredStretch(const std::array<Row, row_count>& rows);
 
-  // Returns w (N/m) at (E_11, E_22, 2 E_12), for any number type (jet.h).
+  // Returns the energy w (N/m) at the strain (E_11, E_22, 2 E_12). `Number` may be any number type
+  // (jet.h).
   template <class Number>
   Number energy(const std::array<Number, 3>& strain) const {
     const Direction<Number> at(strain);
@@ -55,8 +58,8 @@ class MeasuredStretch {
     }
     return 0.5 * (at_rest + averaged_weight(at.magnitude) * change);
   }
-  // Returns C(s, phi) over (E_11, E_22, 2 E_12), N/m, clipped to be positive semi-definite. It
-  // approximates the second derivatives of w.
+  // Returns the matrix C(s, phi) that acts on (E_11, E_22, 2 E_12), N/m. Its entries are clipped to
+  // make it positive semi-definite. It approximates the second derivatives of w.
   template <class Real>
   Symmetric3Of<Real> semi_definite_moduli(const std::array<Real, 3>& strain) const {
     const Direction<Real> at(strain);
@@ -74,13 +77,13 @@ class MeasuredStretch {
   static constexpr double saturation = 1.0 / 6.0;  // lambda_1 - 1 at which s reaches 1
   static constexpr double smallest = 1e-8;         // strain below which directions are smoothed
 
-  // The magnitude and direction of a strain.
+  // The quantities of a strain on which w depends.
   template <class Number>
   struct Direction {
-    Number magnitude;               // the major Green strain, from which s follows
+    Number magnitude;               // smoothed major Green strain, from which s is computed
     Number cosine;                  // r cos 2 phi
     Number squared_radius;          // r^2
-    std::array<Number, 3> limited;  // the strain with a limited contraction
+    std::array<Number, 3> limited;  // strain (E_11, E_22, 2 E_12) with the limited contraction
 
     explicit Direction(const std::array<Number, 3>& strain) {
       using Real = decltype(value_of(strain[0]));
@@ -122,7 +125,7 @@ class MeasuredStretch {
             0.5 * strain[2] * strain[2]};
   }
 
-  // Returns C_1 for a direction.
+  // Returns C_1 for the direction of a strain.
   template <class Number>
   std::array<Number, 4> stretched_row(const Direction<Number>& at) const {
     const Number &x = at.cosine, &p = at.squared_radius, square = x * x;
@@ -137,15 +140,15 @@ class MeasuredStretch {
     return row;
   }
 
-  // Returns s from the major Green strain.
+  // Returns s for the major Green strain `magnitude`.
   template <class Real>
   static Real weight(const Real& magnitude) {
     const Real stretch = 2.0 * magnitude / (1.0 + square_root(1.0 + 2.0 * magnitude));
     return 1.0 - larger(1.0 - stretch / saturation, 0.0);
   }
-  // Returns h = 2 / m^2 int_0^m s m dm for the major Green strain m. With z = lambda_1 - 1, m = z +
-  // z^2 / 2; up to the saturation, int_0^m 6 z m dm = 2 z^3 + 9/4 z^4 + 3/5 z^5. The derivatives of
-  // h follow from its definition.
+  // Returns h = 2 / m^2 int_0^m s m dm for the major Green strain m. With z = lambda_1 - 1,
+  // m = z + z^2 / 2. Up to the saturation (6 z <= 1), s = 6 z and the integral is
+  // 2 z^3 + 9/4 z^4 + 3/5 z^5.
   template <class Number>
   static Number averaged_weight(const Number& magnitude) {
     using Real = decltype(value_of(magnitude));
@@ -164,7 +167,7 @@ class MeasuredStretch {
   }
 
   Row at_rest_;                           // C_0
-  std::array<Row, angle_count> waves_{};  // a_j
+  std::array<Row, angle_count> waves_{};  // coefficients a_j
 };
 
 }  // namespace weft::materials

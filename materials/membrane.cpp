@@ -17,8 +17,8 @@ TriangleMembrane make_triangle_membrane(const Nodes3& rest, double stiffness, do
   const double mu = plane_stress * (1 - poisson_ratio);
   TriangleMembrane membrane;
   membrane.damping_time = damping_time;
-  // C_ij = [2 (lambda + mu) cot_i cot_j +- mu] / (16 double_area). The sign is + on the diagonal,
-  // where C_ii = k_i / 2, and - beside it, where C_ij = c_ij / 2.
+  // C_ij = [2 (lambda + mu) cot_i cot_j + mu s_ij] / (16 double_area), where s_ij is 1 for i = j
+  // and -1 otherwise. In membrane.h, k_i = 2 C_ii and c_ij = 2 C_ij.
   membrane.shear = mu / (16 * double_area);
   const double scale = std::sqrt(2 * (lambda + mu) / (16 * double_area));
   for (int i = 0; i < 3; ++i) {

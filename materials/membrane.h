@@ -3,8 +3,8 @@
 //   W = sum_i k_i/4 q_i^2 + sum_(i<j) c_ij/2 q_i q_j = 1/2 q^T C q.
 // Kelvin-Voigt damping replaces q by q + beta q' in the force.
 //
-// `Membrane` is any type with the members of TriangleMembraneOf. OrthotropicMembraneOf
-// (orthotropic_membrane.h) is another; its C differs.
+// The template parameter `Membrane` is TriangleMembraneOf, or a type with the same members and
+// another C, such as OrthotropicMembraneOf (orthotropic_membrane.h).
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@ namespace weft::materials {
 
 template <class Real>
 struct TriangleMembraneOf {
-  std::array<Real, 3> rest_squared_length{};  // of the edge opposite each node, m^2
-  // C = root root^T + shear (2 I - 1 1^T), N/m^3
+  std::array<Real, 3> rest_squared_length{};  // L_i^2 of the edge opposite node i, m^2
+  // C = root root^T + shear (2 I - 1 1^T), N/m^3, where 1 is the vector of ones.
   Vec3Of<Real> root = Vec3Of<Real>::Zero();
   Real shear = 0;
   Real damping_time = 0;  // beta, s
@@ -36,8 +36,8 @@ using TriangleMembrane = TriangleMembraneOf<double>;
 TriangleMembrane make_triangle_membrane(const Nodes3& rest, double stiffness, double poisson_ratio,
                                         double damping_time);
 
-// Returns the edges opposite the nodes as columns, in order round the triangle: x2 - x1, x0 - x2,
-// x1 - x0.
+// Returns the edges of a triangle as columns. Column i is the edge opposite node i. Together they
+// run round the triangle: x2 - x1, x0 - x2, x1 - x0.
 template <class Real>
 NodesOf<Real, 3> opposite_edges(const NodesOf<Real, 3>& x) {
   NodesOf<Real, 3> edges;
@@ -52,7 +52,7 @@ std::array<Real, 3> squared_lengths(const NodesOf<Real, 3>& edges) {
   return {squared_norm(edges.col(0)), squared_norm(edges.col(1)), squared_norm(edges.col(2))};
 }
 
-// Returns q, m^2.
+// Returns the changes q of the squared edge lengths, m^2.
 template <class Real, class Membrane>
 Vec3Of<Real> squared_length_changes(const Membrane& membrane, const NodesOf<Real, 3>& edges) {
   const auto& rest = membrane.rest_squared_length;
@@ -60,7 +60,7 @@ Vec3Of<Real> squared_length_changes(const Membrane& membrane, const NodesOf<Real
   return {now[0] - rest[0], now[1] - rest[1], now[2] - rest[2]};
 }
 
-// Returns q', m^2/s, for nodes that move with velocities v.
+// Returns the rates q' of the squared edge lengths, m^2/s. The nodes have the velocities v (m/s).
 template <class Real>
 Vec3Of<Real> squared_length_rates(const NodesOf<Real, 3>& edges, const NodesOf<Real, 3>& v) {
   return {2.0 * dot(edges.col(0), v.col(2) - v.col(1)),
@@ -68,15 +68,15 @@ Vec3Of<Real> squared_length_rates(const NodesOf<Real, 3>& edges, const NodesOf<R
           2.0 * dot(edges.col(2), v.col(1) - v.col(0))};
 }
 
-// Returns the energy, J.
+// Returns the energy W, J. x holds the positions of the nodes (m) as columns.
 template <class Real, class Membrane>
 Real membrane_energy(const Membrane& membrane, const NodesOf<Real, 3>& x) {
   const Vec3Of<Real> change = squared_length_changes(membrane, opposite_edges(x));
   return 0.5 * dot(change, membrane.times_modulus(change));
 }
 
-// Returns the tensions s = C (q + beta q'), one per edge, N/m. Edge i, the vector e_i, pulls its
-// ends together with the force 2 s_i e_i.
+// Returns the tensions s = C (q + beta q'), one per edge, N/m. Edge i is the vector e_i. It pulls
+// its ends together with the force 2 s_i e_i.
 template <class Real, class Membrane>
 Vec3Of<Real> edge_tensions(const Membrane& membrane, const NodesOf<Real, 3>& edges,
                            const NodesOf<Real, 3>& v) {
@@ -133,9 +133,8 @@ NodesOf<Real, 4> undamped_membrane_forces(const Membrane& one, const Membrane& o
   return forces;
 }
 
-// Returns the stiffness without the part of the tensions: G C G^T with G = d q / d x, symmetric
-// positive semi-definite, N/m. The product of beta and this matrix is exactly -d forces / d v, N
-// s/m.
+// Returns the material part of the stiffness, G C G^T with G = d q / d x, N/m. It is symmetric
+// positive semi-definite. Multiplied by beta, it is exactly -d forces / d v, N s/m.
 template <class Real, class Membrane>
 StencilMatrix<Real, 3> membrane_material_stiffness(const Membrane& membrane,
                                                    const NodesOf<Real, 3>& x) {
@@ -145,7 +144,7 @@ StencilMatrix<Real, 3> membrane_material_stiffness(const Membrane& membrane,
   StencilMatrix<Real, 3> result;
   for (int a = 0; a < 3; ++a) {
     const int a1 = (a + 1) % 3, a2 = (a + 2) % 3;
-    Vec3Of<Real> stress[3];  // C times the gradients at node a
+    Vec3Of<Real> stress[3];  // 2 sum_i C_ij d q_i / d x_a, by j
     for (int j = 0; j < 3; ++j) {
       stress[j] = (4.0 * membrane.modulus(a1, j)) * edges.col(a1) -
                   (4.0 * membrane.modulus(a2, j)) * edges.col(a2);
@@ -159,7 +158,7 @@ StencilMatrix<Real, 3> membrane_material_stiffness(const Membrane& membrane,
   return result;
 }
 
-// Returns the forces -G C G^T u (N) of a displacement u (m), whose node values are columns.
+// Returns the forces -G C G^T u (N) for a displacement u (m). The columns of u belong to the nodes.
 template <class Real, class Membrane>
 NodesOf<Real, 3> membrane_material_pulls(const Membrane& membrane, const NodesOf<Real, 3>& x,
                                          const NodesOf<Real, 3>& u) {
@@ -167,10 +166,10 @@ NodesOf<Real, 3> membrane_material_pulls(const Membrane& membrane, const NodesOf
   return pulls_of(membrane.times_modulus(squared_length_rates(edges, u)), edges);
 }
 
-// Adds the part of the stiffness that stems from the tensions, as edge_tensions() returns them. d^2
-// q_i / dx dx is 2 I on the diagonal of both ends of edge i and -2 I between them. Edges under
-// compression make this part indefinite. `pull_only` omits them, which makes it positive
-// semi-definite.
+// Adds the part of the stiffness (N/m) that stems from the tensions of edge_tensions(). The second
+// derivative of q_i is 2 I in the diagonal blocks of both ends of edge i, and -2 I in the block
+// between them. Edges under compression make this part indefinite. `pull_only` omits these edges,
+// which makes the part positive semi-definite.
 template <class Real>
 void add_membrane_stress(const Vec3Of<Real>& tensions, bool pull_only,
                          StencilMatrix<Real, 3>& stiffness) {
@@ -183,8 +182,8 @@ void add_membrane_stress(const Vec3Of<Real>& tensions, bool pull_only,
   }
 }
 
-// Returns -d forces / d x at (x, v), symmetric, N/m. It is exact without damping. With damping, the
-// derivative of q' by x is omitted.
+// Returns the stiffness -d forces / d x at (x, v), symmetric, N/m. It is exact without damping.
+// With damping, the derivative of q' by x is omitted.
 template <class Real, class Membrane>
 StencilMatrix<Real, 3> membrane_stiffness(const Membrane& membrane, const NodesOf<Real, 3>& x,
                                           const NodesOf<Real, 3>& v, bool pull_only = false) {

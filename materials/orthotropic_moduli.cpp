@@ -14,8 +14,8 @@ Mat3 OrthotropicModuli::matrix() const {
 
 OrthotropicModuli orthotropic_moduli(double warp, double weft, double shear, double poisson_ratio) {
   if (poisson_ratio == 0) return {warp, 0, weft, shear};
-  // The compliance is symmetric, so Poisson's ratio for pulls along the weft is poisson_ratio weft
-  // / warp.
+  // The compliance is symmetric, so Poisson's ratio for a pull along the weft is
+  // poisson_ratio weft / warp.
   const double contraction = 1 - poisson_ratio * (poisson_ratio * weft / warp);
   assert(contraction > 0);
   return {warp / contraction, poisson_ratio * weft / contraction, weft / contraction, shear};

@@ -7,14 +7,13 @@ namespace weft::materials {
 
 namespace {
 
-// Returns the inverse of the first fundamental form, as A^11, A^22, A^12.
+// Returns the inverse of the first fundamental form as the components A^11, A^22 and A^12.
 Vec3 inverse_metric(const SurfaceDerivatives& x) {
   const double uu = x.u.dot(x.u), vv = x.v.dot(x.v), uv = x.u.dot(x.v);
   return Vec3(vv, uu, -uv) / (uu * vv - uv * uv);
 }
 
-// Returns the parts d_1 and d_2 of a membrane modulus (shell.h), which act on the strains along u
-// and v alone.
+// Returns d_1 and d_2 of a membrane modulus: the parts for the strains along u and v (shell.h).
 Eigen::Vector2d separable_moduli(const Mat3& modulus) {
   const Eigen::Vector2d shear = modulus.col(2).head<2>();
   const Eigen::Matrix2d condensed =

@@ -8,15 +8,16 @@
 //   C^abcd     = Y/(1 - nu^2) [nu A^ab A^cd + (1 - nu)/2 (A^ac A^bd + A^ad A^bc)],
 // where A^ab is the inverse rest metric, Y Young's modulus, nu Poisson's ratio and h the thickness
 // (Kiendl, Bletzinger, Linhard, Wuechner 2009, Isogeometric shell analysis with Kirchhoff-Love
-// elements). Vectors of the components (11, 22, 12) stand for tensors; strains and bending have
-// their component 12 doubled.
+// elements). The code stores a symmetric tensor as the vector of its components (11, 22, 12). For
+// strains and bending, the third component is twice the component 12.
 //
 // The basis functions N_r of the nodes r give a_1 = sum_r N_r,1 x_r and so on. With the dual
 // tangents a^c and G^c_ab = a_ab . a^c,
 //   d k_ab / d x_r = (N_r,ab - G^c_ab N_r,c) n = c_r,ab n,
 //   m : d^2 k / d x_r d x_s = -c_r g_s n^T - c_s n g_r^T - (m : b) (g_r . g_s) n n^T,
-// where m is the tensor of moments, c_r = m : c_r,ab, g_r = N_r,c a^c and b_ab = a_ab . n. This
-// follows from dn = -a^c (n . d a_c) and d a^c = -(a^c . d a_e) a^e + a^ce (n . d a_e) n.
+// where m is the tensor of moments, c_r = m : c_r,ab, g_r = N_r,c a^c and b_ab = a_ab . n. These
+// derivatives follow from dn = -a^c (n . d a_c) and
+// d a^c = -(a^c . d a_e) a^e + a^ce (n . d a_e) n.
 #pragma once
 
 #include <array>
@@ -25,14 +26,14 @@
 
 namespace weft::materials {
 
-// Derivatives by u and v of the basis functions of the nodes at a point.
+// First and second derivatives by u and v of the nodes' basis functions at a point.
 template <int nodes>
 struct ShellBasis {
   using Numbers = Eigen::Array<double, nodes, 1, Eigen::DontAlign>;
   Numbers u, v, uu, vv, uv;
 };
 
-// Derivatives by u and v of positions (m), or of velocities (m/s), at a point.
+// First and second derivatives by u and v of the position (m) or the velocity (m/s) at a point.
 struct SurfaceDerivatives {
   Vec3 u, v, uu, vv, uv;
 };
@@ -45,9 +46,9 @@ SurfaceDerivatives derivatives(const ShellBasis<nodes>& basis, const NodesOf<dou
 
 // A linear law at a quadrature point: the energy is 1/2 e^T modulus e, J. For the membrane, e is
 // half the change of the first fundamental form from `rest`. For bending, e is the change of the
-// second. The modulus includes the rest area of the point.
+// second fundamental form from `rest`. The modulus includes the rest area of the point.
 struct ShellLaw {
-  Vec3 rest = Vec3::Zero();  // first or second fundamental form, component 12 doubled
+  Vec3 rest = Vec3::Zero();  // fundamental form of the rest shape, component 12 doubled
   Mat3 modulus = Mat3::Zero();
 };
 
@@ -58,32 +59,33 @@ inline Vec3 metric(const SurfaceDerivatives& x) {
 // Returns the second fundamental form (m), component 12 doubled.
 Vec3 second_form(const SurfaceDerivatives& x);
 
-// Returns the area (m^2) per parameter area.
+// Returns the area of the surface (m^2) per area of the parameters u and v.
 inline double area_factor(const SurfaceDerivatives& x) { return x.u.cross(x.v).norm(); }
 
-// Returns (stiffness / Y) C for plane stress, as a matrix M over vectors e of strains or bending:
-// 1/2 e^T M e is an energy per rest area. `stiffness` is Y h (N/m) for strains and Y h^3 / 12 (N m)
-// for bending; -1 < poisson_ratio < 1. Precondition: `rest` has an area.
+// Returns the matrix M of the tensor (stiffness / Y) C (plane stress). 1/2 e^T M e is the energy
+// per rest area of a vector e of strains or bending. `stiffness` is Y h (N/m) for strains and
+// Y h^3 / 12 (N m) for bending; -1 < poisson_ratio < 1. Precondition: `rest` has an area.
 Mat3 plane_stress_modulus(const SurfaceDerivatives& rest, double stiffness, double poisson_ratio);
 
-// The law of the strain along one parameter line at a point: the energy is modulus / 2 E_11^2 (or
-// E_22^2), J.
+// The law of the strain along one parameter line at a quadrature point. Along u, the energy is
+// modulus / 2 E_11^2 (J). Along v, E_22 replaces E_11.
 struct FibreLaw {
-  double rest = 0;     // A_11 (or A_22), m^2
+  double rest = 0;     // A_11 along u, A_22 along v, m^2
   double modulus = 0;  // includes the rest area of the point
 };
 enum class FibreAxis { u, v };
 
-// Return the laws of a quadrature point with the weight `parameter_area`. `youngs_modulus` is in
-// Pa, `thickness` in m. Precondition: `rest` has an area.
+// Return the laws of a quadrature point. `parameter_area` is the weight of the point in u and v,
+// `youngs_modulus` is in Pa, `thickness` in m. Precondition: `rest` has an area.
 //
 // The modulus C of the membrane is the sum of three positive semi-definite parts, which may be
 // integrated at different points:
 //   C = diag(d_1, 0, 0) + diag(0, d_2, 0) + remainder.
-// fibre_law() has d_1 or d_2, which act on the strain along u or v alone; membrane_law() has the
-// remainder. With the shear condensed, S_ij = C_ij - C_i3 C_3j / C_33 for i, j = 1, 2,
+// fibre_law() has the modulus d_1 (along u) or d_2 (along v), and membrane_law() has the remainder.
+// Elimination of the shear strain gives S_ij = C_ij - C_i3 C_3j / C_33 for i, j = 1, 2, and
 //   d_i = S_ii (1 - |S_12| / sqrt(S_11 S_22)).
-// No larger d_1 and d_2 in the ratio of S_11 to S_22 leave the remainder positive semi-definite.
+// With d_1 and d_2 in the ratio S_11 : S_22, these are the largest values for which the remainder
+// is positive semi-definite.
 ShellLaw membrane_law(const SurfaceDerivatives& rest, double youngs_modulus, double poisson_ratio,
                       double thickness, double parameter_area);
 FibreLaw fibre_law(FibreAxis axis, const SurfaceDerivatives& rest, double youngs_modulus,
@@ -91,8 +93,8 @@ FibreLaw fibre_law(FibreAxis axis, const SurfaceDerivatives& rest, double youngs
 ShellLaw bending_law(const SurfaceDerivatives& rest, double youngs_modulus, double poisson_ratio,
                      double thickness, double parameter_area);
 
-// Stretching of a parameter line at a point. `tangent` is the derivative of the position along the
-// line, m. `slope` holds the derivatives of the basis functions along the line.
+// Stretching of a parameter line at a point. `tangent` is the derivative of the position by the
+// line's parameter, m. `slope` holds the derivatives of the nodes' basis functions by it.
 class ShellFibre {
  public:
   explicit ShellFibre(const Vec3& tangent) : tangent_(tangent) {}
@@ -100,14 +102,15 @@ class ShellFibre {
   double strain(const FibreLaw& law) const { return 0.5 * (tangent_.squaredNorm() - law.rest); }
   // `rate` is the time derivative of the tangent, m/s.
   double strain_rate(const Vec3& rate) const { return tangent_.dot(rate); }
-  // Adds the gradient of the energy by the positions of the nodes, N. `stress` is modulus times
-  // strain.
+  // Adds the gradient of the energy by the positions of the nodes, N. `stress` is the product of
+  // modulus and strain.
   template <int nodes>
   void add_gradient(double stress, const typename ShellBasis<nodes>::Numbers& slope,
                     NodesOf<double, nodes>& sum) const {
     sum += (stress * tangent_) * slope.matrix().transpose();
   }
-  // Adds the Hessian of the energy: the part of the modulus and the part of the stress.
+  // Adds the Hessian of the energy by the positions of the nodes, N/m. It is the sum of a material
+  // part (from `modulus`) and a geometric part (from `stress`).
   template <int nodes>
   void add_stiffness(double modulus, double stress,
                      const typename ShellBasis<nodes>::Numbers& slope,
@@ -132,15 +135,16 @@ class ShellStretch {
   Vec3 strain_rate(const SurfaceDerivatives& v) const {
     return {x_.u.dot(v.u), x_.v.dot(v.v), x_.u.dot(v.v) + x_.v.dot(v.u)};
   }
-  // Adds the gradient of the energy by the positions of the nodes, N. `stress` is modulus times
-  // strain.
+  // Adds the gradient of the energy by the positions of the nodes, N. `stress` is the product of
+  // modulus and strain.
   template <int nodes>
   void add_gradient(const Vec3& stress, const ShellBasis<nodes>& basis,
                     NodesOf<double, nodes>& sum) const {
     sum += x_.u * (stress[0] * basis.u + stress[2] * basis.v).matrix().transpose();
     sum += x_.v * (stress[2] * basis.u + stress[1] * basis.v).matrix().transpose();
   }
-  // Adds the Hessian of the energy: the part of the modulus and the part of the stress.
+  // Adds the Hessian of the energy by the positions of the nodes, N/m. It is the sum of a material
+  // part (from `modulus`) and a geometric part (from `stress`).
   template <int nodes>
   void add_stiffness(const Mat3& modulus, const Vec3& stress, const ShellBasis<nodes>& basis,
                      StencilMatrix<double, nodes>& sum) const;
@@ -149,7 +153,7 @@ class ShellStretch {
   SurfaceDerivatives x_;
 };
 
-// Bending at a point. A surface without area has no normal: gradient and Hessian are zero there.
+// Bending at a point. At a point without area, the normal, gradient and Hessian are zero.
 class ShellBend {
  public:
   explicit ShellBend(const SurfaceDerivatives& x);
@@ -164,14 +168,14 @@ class ShellBend {
                     NodesOf<double, nodes>& sum) const {
     sum += normal_ * turned(moment, basis).matrix().transpose();
   }
-  // Adds the Hessian of the energy: the part of the modulus and, if `exact`, the part of the
-  // moment. Without the latter it is positive semi-definite.
+  // Adds the Hessian of the energy by the positions of the nodes, N/m. Its material part (from
+  // `modulus`) is positive semi-definite. Its geometric part (from `moment`) is added if `exact`.
   template <int nodes>
   void add_stiffness(const Mat3& modulus, const Vec3& moment, bool exact,
                      const ShellBasis<nodes>& basis, StencilMatrix<double, nodes>& sum) const;
 
  private:
-  // Returns c_r = m : c_r,ab, by node r.
+  // Returns c_r = m : c_r,ab for every node r, with the moments m.
   template <int nodes>
   typename ShellBasis<nodes>::Numbers turned(const Vec3& moment,
                                              const ShellBasis<nodes>& basis) const {
@@ -179,17 +183,18 @@ class ShellBend {
            moment.dot(slope_u_) * basis.u - moment.dot(slope_v_) * basis.v;
   }
 
-  Vec3 normal_, form_;
-  Vec3 dual_u_, dual_v_;    // a^1, a^2
-  Vec3 slope_u_, slope_v_;  // G^1_ab, G^2_ab, component 12 doubled
+  Vec3 normal_, form_;      // n, and the second fundamental form b_ab with component 12 doubled
+  Vec3 dual_u_, dual_v_;    // dual tangents a^1 and a^2
+  Vec3 slope_u_, slope_v_;  // G^1_ab and G^2_ab, component 12 doubled
 };
 
 template <int nodes>
 void ShellStretch::add_stiffness(const Mat3& modulus, const Vec3& stress,
                                  const ShellBasis<nodes>& basis,
                                  StencilMatrix<double, nodes>& sum) const {
-  // The derivative of the strain by the position of node r is R_r (a_1, a_2)^T. R_r has the rows
-  // (N_u, 0), (0, N_v), (N_v, N_u).
+  // The derivative of the strain by the position of node r is R_r (a_1, a_2)^T. With the
+  // derivatives N_u and N_v of the node's basis function, R_r has the rows (N_u, 0), (0, N_v) and
+  // (N_v, N_u).
   using Pairs = Eigen::Matrix<double, 3, 2>;
   const Mat3 uu = x_.u * x_.u.transpose(), vv = x_.v * x_.v.transpose();
   const Mat3 uv = x_.u * x_.v.transpose();
@@ -244,8 +249,8 @@ void ShellBend::add_stiffness(const Mat3& modulus, const Vec3& moment, bool exac
   }
 }
 
-// Returns the nearest stress without compression: the tensor with the components (11, 22, 12) and
-// its negative eigenvalues set to zero.
+// Returns a stress without its compression: negative eigenvalues of the 2 x 2 tensor are set to
+// zero. Argument and result hold the components (11, 22, 12).
 Vec3 pulling_part(const Vec3& stress);
 
 }  // namespace weft::materials

@@ -1,5 +1,5 @@
-// A spring between two nodes with Kelvin-Voigt damping: energy W = k/2 (l - L)^2, Rayleigh
-// dissipation k beta l'^2 / 2. All functions are inline, for the caller's loop over springs.
+// A spring between two nodes with Kelvin-Voigt damping. At the length l, it has the energy
+// W = k (l - L)^2 / 2 and the Rayleigh dissipation function k beta l'^2 / 2.
 #pragma once
 
 #include <algorithm>
@@ -15,13 +15,14 @@ struct Spring {
   double damping_time = 0;  // beta, s
 };
 
-// Returns the energy, J.
+// Returns the energy, J, at the positions x0 and x1 of the nodes (m).
 inline double spring_energy(const Spring& spring, const Vec3& x0, const Vec3& x1) {
   const double extension = (x1 - x0).norm() - spring.rest_length;
   return 0.5 * spring.stiffness * extension * extension;
 }
 
-// Returns the force on node 0, N; node 1 receives the opposite one. Zero for coincident nodes.
+// Returns the force on node 0, N. The force on node 1 is its opposite. Coincident nodes have no
+// force.
 inline Vec3 spring_force(const Spring& spring, const Vec3& x0, const Vec3& x1, const Vec3& v0,
                          const Vec3& v1) {
   const Vec3 difference = x1 - x0;
@@ -35,8 +36,9 @@ inline Vec3 spring_force(const Spring& spring, const Vec3& x0, const Vec3& x1, c
          difference;
 }
 
-// Returns K = -d force0 / d x0 at constant l' (N/m), exact without damping. A pair of nodes has the
-// matrix [K -K; -K K]. With the tension T and the unit vector n of the spring,
+// Returns K = -d force0 / d x0 (N/m), exact without damping. With damping, the derivative of l' is
+// omitted. The stiffness matrix of both nodes is [K -K; -K K]. With the spring's tension T and unit
+// vector n,
 //   K = k n n^T + T/l (I - n n^T).
 // K is indefinite under compression. `pull_only` clamps T/l to [0, k], which makes K positive
 // semi-definite. For coincident nodes K is k I: exact for a spring without rest length, and usable
@@ -50,7 +52,7 @@ inline Mat3 spring_stiffness(const Spring& spring, const Vec3& x0, const Vec3& x
   const double rate_over_length = dot(difference, v1 - v0) / squared_length;
   double tension_over_length =
       spring.stiffness * (1 - spring.rest_length / length + spring.damping_time * rate_over_length);
-  // The upper limit keeps the coefficient of the first term below from becoming negative.
+  // T/l is at most k, because the first term below has the factor k - T/l.
   if (pull_only) tension_over_length = std::clamp(tension_over_length, 0.0, spring.stiffness);
   Mat3 result = ((spring.stiffness - tension_over_length) / squared_length * difference) *
                 difference.transpose();

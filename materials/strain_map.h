@@ -1,11 +1,12 @@
-// Laws of elasticity over the strains of a triangle. A `Law` has the energy w per rest area at a
-// strain e of three components, for any number type (jet.h), and positive semi-definite moduli V
-// close to its second derivatives:
+// Laws of elasticity over the strains of a triangle. A `Law` is a type with two members. energy()
+// returns the energy w per rest area (N/m) at a strain e of three components, for any number type
+// (jet.h). semi_definite_moduli() returns positive semi-definite moduli V close to the second
+// derivatives of w:
 //   template <class Number> Number energy(const std::array<Number, 3>& e) const;
 //   template <class Real> Symmetric3Of<Real> semi_definite_moduli(const std::array<Real, 3>& e)
 //       const;
-// CurvedStretch and MeasuredStretch are laws over a Green strain (w in N/m), CurvedBending is one
-// over a curvature (w in N/m, its moduli in N m), and LinearLaw may be either.
+// e may be a Green strain (V in N/m), as in CurvedStretch and MeasuredStretch, or a curvature (V in
+// N m), as in CurvedBending. LinearLaw serves for both.
 #pragma once
 
 #include "materials/jet.h"
@@ -14,8 +15,9 @@
 
 namespace weft::materials {
 
-// The strains e = B q of a triangle with the rest area A. q holds three numbers that the shape of
-// the triangle determines: the changes of its squared edge lengths, or of its edge angles.
+// The map e = B q from three numbers q of a triangle to its strain, with the rest area A. q holds
+// the changes of the squared edge lengths (for a Green strain) or of the angles at the edges (for a
+// curvature).
 template <class Real>
 struct StrainMapOf {
   Mat3Of<Real> map = Mat3Of<Real>::Zero();  // B
@@ -26,14 +28,14 @@ struct StrainMapOf {
     for (int i = 0; i < 3; ++i) strain[i] = map(i, 0) * q[0] + map(i, 1) * q[1] + map(i, 2) * q[2];
     return strain;
   }
-  // Returns A B^T times a stress dw/de: the derivative of the energy by q.
+  // Returns A B^T stress. For the stress dw/de, it is the derivative of the energy A w by q.
   Vec3Of<Real> by_q(const std::array<Real, 3>& stress) const {
     Vec3Of<Real> result;
     for (int i = 0; i < 3; ++i)
       result[i] = area * (map(0, i) * stress[0] + map(1, i) * stress[1] + map(2, i) * stress[2]);
     return result;
   }
-  // Returns A B^T M B.
+  // Returns A B^T M B for the matrix M of `moduli`.
   Symmetric3Of<Real> by_q(const Symmetric3Of<Real>& moduli) const {
     Symmetric3Of<Real> result;
     for (int j = 0; j < 3; ++j) {
@@ -60,7 +62,7 @@ struct LinearLaw {
   }
 };
 
-// Returns w at a strain with its derivatives by the strain, up to the given order.
+// Returns w at a strain with its derivatives by the strain up to `order` (1 or 2).
 template <int order, class Law, class Real>
 Jet<Real, order> energy_jet(const Law& law, const std::array<Real, 3>& strain) {
   std::array<Jet<Real, order>, 3> at;
@@ -68,9 +70,9 @@ Jet<Real, order> energy_jet(const Law& law, const std::array<Real, 3>& strain) {
   return law.energy(at);
 }
 
-// Energy and derivatives by q. law_energy() returns W = A w(B q), J, and law_slope() returns dW/dq.
-// law_viscosity() returns A B^T V B. law_tangent() returns d^2 W/dq dq, or A B^T V B if
-// `semi_definite`.
+// The energy of a triangle and its derivatives by q. law_energy() returns W = A w(B q), J.
+// law_slope() returns dW/dq. law_viscosity() returns A B^T V B. law_tangent() returns
+// d^2 W/dq dq or, if `semi_definite`, A B^T V B.
 template <class Real, class Law>
 Real law_energy(const StrainMapOf<Real>& strains, const Law& law, const Vec3Of<Real>& q) {
   return strains.area * law.energy(strains.strain(q));

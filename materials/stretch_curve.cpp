@@ -5,8 +5,8 @@
 
 namespace weft::materials {
 
-// Returns the kinks of the curve from zero through these points (strain, tension). Precondition:
-// the strains are positive and increase.
+// Returns the kinks of the curve that starts at (0, 0) and passes through these points (strain,
+// tension). Precondition: the strains are positive and increase.
 std::vector<TensionCurve::Ramp> TensionCurve::ramps(std::span<const std::array<double, 2>> points) {
   std::vector<Ramp> all;
   double strain = 0, tension = 0, slope = 0;

@@ -1,5 +1,6 @@
-// Membranes of woven cloth by tabulated curves: tension against stretch along the warp, tension
-// against stretch along the weft, and shear force against shear.
+// Membranes of woven cloth with tabulated curves. Three curves give the tension as a function of
+// the stretch along the warp, the same along the weft, and the shear force as a function of the
+// shear.
 #pragma once
 
 #include <array>
@@ -11,22 +12,23 @@
 
 namespace weft::materials {
 
-// A force per width (N/m) as a function of a strain. It is linear between the points of a table,
-// goes on straight beyond them, and is zero at zero strain.
+// A force per width (N/m) as a function of a strain. It is zero at zero strain and linear between
+// the points of a table. Beyond the outermost points, it continues with the slope before them.
 class TensionCurve {
  public:
-  // Preconditions: at least two points; strains increase and tensions (N/m) do not fall; one of the
-  // points is (0, 0). If all other points lie on one side of zero, the first slope on that side
-  // holds for the whole other side.
+  // Makes the curve through the points (strains[i], tensions[i]). Tensions are in N/m.
+  // Preconditions: there are at least two points; strains increase and tensions do not decrease;
+  // one of the points is (0, 0). If there are no points on one side of zero, the curve is a
+  // straight line there, with the slope that the other side has at zero.
   TensionCurve(std::span<const double> strains, std::span<const double> tensions);
-  // Returns the curve of points from zero on, with its mirror image for strains below zero.
-  // Preconditions as above.
+  // Returns the curve through these points of strain >= 0 and, for negative strains, their mirror
+  // images (-strain, -tension). The preconditions are those of the constructor.
   static TensionCurve mirrored(std::span<const double> strains, std::span<const double> tensions);
-  // A straight line through zero with the slope `stiffness`, N/m.
+  // Makes a straight line through zero with the slope `stiffness`, N/m.
   explicit TensionCurve(double stiffness) : pull_{{0, stiffness}}, push_{{0, stiffness}} {}
 
-  // Returns the energy per area (N/m), the integral of the tension from zero to `strain`, for any
-  // number type (jet.h).
+  // Returns the energy per area (N/m): the integral of the tension from zero to `strain`. `Number`
+  // may be any number type (jet.h).
   template <class Number>
   Number energy(const Number& strain) const {
     using Real = decltype(value_of(strain));
@@ -40,16 +42,16 @@ class TensionCurve {
     };
     for (const Ramp& ramp : pull_) add(ramp, value - ramp.start, 1);
     for (const Ramp& ramp : push_) add(ramp, -value - ramp.start, -1);
-    // At zero itself the curve has the slope of its stretched side.
+    // At zero itself, the slope is that of positive strains.
     slope += choose(value == Real(0.0), Real(pull_.front().slope), Real(0.0));
     return composed(strain, sum, tension, slope);
   }
-  // Largest slope of the curve, N/m.
+  // Returns the largest slope of the curve, N/m.
   double largest_stiffness() const;
 
  private:
-  // A kink of the curve, at the distance `start` from zero on the side of its list. The slope of
-  // the curve increases by `slope` there, N/m.
+  // A kink of the curve at the strain `start` (in pull_) or -start (in push_). Away from zero, the
+  // slope of the curve increases there by `slope` (N/m).
   struct Ramp {
     double start, slope;
   };
@@ -60,20 +62,23 @@ class TensionCurve {
 
 // A membrane with independent curves for warp, weft and shear. The energy per rest area is
 //   w = w_1(lambda_1 - 1) + w_2(lambda_2 - 1) + w_3(2 E_12),
-// where lambda_i = sqrt(1 + 2 E_ii) is the stretch of the threads and the w_i' are the curves. In a
-// pull along the warp or the weft the force per rest width is therefore the curve itself, whether
-// the other sides are free or held. In a simple shear 2 E_12 is the tangent of the angle, and the
-// curve is the shear force per length. There is no Poisson effect.
+// where lambda_i = sqrt(1 + 2 E_ii) is the stretch of the threads and the derivatives w_i' are the
+// curves. In a pull along the warp or the weft, the force per rest width is therefore the curve of
+// that axis. The contraction across the pull has no influence: there is no Poisson effect. In a
+// simple shear, 2 E_12 is the tangent of the shear angle, and the curve is the shear force per
+// length.
 struct CurvedStretch {
   TensionCurve warp, weft, shear;
 
-  // Returns w (N/m) at (E_11, E_22, 2 E_12), for any number type.
+  // Returns the energy w (N/m) at the strain (E_11, E_22, 2 E_12). `Number` may be any number type
+  // (jet.h).
   template <class Number>
   Number energy(const std::array<Number, 3>& strain) const {
     return warp.energy(nominal(strain[0])) + weft.energy(nominal(strain[1])) +
            shear.energy(strain[2]);
   }
-  // Returns the second derivatives of w, N/m. Negative ones are replaced by zero.
+  // Returns the second derivatives of w (N/m) at the strain (E_11, E_22, 2 E_12). They form a
+  // diagonal matrix. Negative entries are replaced by zero.
   template <class Real>
   Symmetric3Of<Real> semi_definite_moduli(const std::array<Real, 3>& strain) const {
     using Number = Jet<Real, 2>;
@@ -90,7 +95,7 @@ struct CurvedStretch {
   }
 
  private:
-  // Returns lambda - 1, with lambda at least a millionth.
+  // Returns lambda - 1 from E. lambda is at least 1e-6.
   template <class Number>
   static Number nominal(const Number& green) {
     return root(at_least(Number(1.0) + 2.0 * green, 1e-12)) - Number(1.0);

@@ -69,7 +69,8 @@ SurfaceForceSlopes edge_moment_slopes(const Tangents& tangents, double moment) {
   const double length = tangents.u.norm(), square = across.squaredNorm();
   const double shear = tangents.u.dot(tangents.v) / length;
   const Vec3 along = tangents.u / length, pull = moment * across / square;
-  // The derivative of `pull` by a_u x a_v, and then by each tangent.
+  // of_pull is the derivative of `pull` by `across`. pull_by_u and pull_by_v are its derivatives by
+  // the tangents.
   const Mat3 of_pull =
       moment / square * (Mat3::Identity() - 2 * across * across.transpose() / square);
   const Mat3 pull_by_u = -of_pull * cross_matrix(tangents.v);

@@ -1,4 +1,5 @@
-// Small fixed-size matrices shared by the materials, of `double` or of `Lanes` (materials/lanes.h).
+// Small fixed-size matrices of `double` or of `Lanes` (materials/lanes.h), which the materials
+// share.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,8 +14,8 @@ template <class Real>
 using Vec3Of = Eigen::Matrix<Real, 3, 1>;
 template <class Real>
 using Mat3Of = Eigen::Matrix<Real, 3, 3>;
-// Node values of a stencil as columns: 3 x nodes. The type is not aligned, because Eigen's
-// alignment depends on the compiler's -march: a program may link the library with another one.
+// Vectors at the nodes of a stencil, as columns. The type is not aligned: Eigen's alignment depends
+// on the compiler's -march, which may differ between the library and a program that links it.
 template <class Real, int nodes>
 using NodesOf = Eigen::Matrix<Real, 3, nodes, Eigen::ColMajor | Eigen::DontAlign>;
 
@@ -23,8 +24,8 @@ using Mat3 = Mat3Of<double>;
 using Nodes3 = NodesOf<double, 3>;
 using Nodes4 = NodesOf<double, 4>;
 
-// Dot product and squared norm with the sum over three components written out. Eigen's own
-// functions load pairs of numbers that were just stored one by one, which stalls the processor. For
+// Return the dot product and the squared norm of vectors of three components. Eigen's own functions
+// load pairs of numbers, which stalls the processor if the numbers were just stored one by one. For
 // vectors just computed, the functions here are 2 to 3 times faster.
 template <class A, class B>
 auto dot(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
@@ -40,7 +41,7 @@ Mat3Of<Real> outer(const Vec3Of<Real>& a, const Vec3Of<Real>& b) {
   return a * b.transpose();
 }
 
-// A symmetric 3 x 3 matrix as its upper triangle, row by row.
+// A symmetric 3 x 3 matrix. It stores the upper triangle, row by row.
 template <class Real>
 struct Symmetric3Of {
   std::array<Real, 6> entries;
@@ -66,12 +67,13 @@ struct Symmetric3Of {
   }
 };
 
-// A symmetric matrix over the nodes of a stencil, as its 3 x 3 blocks on and above the diagonal.
+// A symmetric matrix over the nodes of a stencil. It stores the 3 x 3 blocks on and above the
+// diagonal, row by row.
 template <class Real, int nodes>
 struct StencilMatrix {
   std::array<Mat3Of<Real>, nodes*(nodes + 1) / 2> blocks;
 
-  static constexpr int index(int row, int column) {  // row <= column
+  static constexpr int index(int row, int column) {  // precondition: row <= column
     return row * nodes - row * (row + 1) / 2 + column;
   }
   Mat3Of<Real>& operator()(int row, int column) { return blocks[index(row, column)]; }

@@ -1,4 +1,5 @@
-// Vectors that start at a cache line, so that wide vector stores at the start stay within one line.
+// Vectors whose memory starts at a cache line. A vector store at the start then stays within one
+// line.
 #pragma once
 
 #include <cstddef>

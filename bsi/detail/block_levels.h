@@ -1,5 +1,5 @@
-// Nested blocks: how a pyramid splits the quads of a patch and groups the patches of a body. For
-// the CPU and the device.
+// Nested blocks: rules by which a pyramid splits the quads of a patch and groups the patches of a
+// body. For the CPU and the device.
 #pragma once
 
 #include <bit>
@@ -13,12 +13,13 @@ inline int ceil_log2(int count) {
   return static_cast<int>(std::bit_width(static_cast<unsigned>(count) - 1));
 }
 
-// Returns boundary k of 2^log nested blocks of `count` items: floor(k * count / 2^log).
+// Returns floor(k * count / 2^log), boundary k of the 2^log nested blocks that divide `count`
+// items.
 inline int block_boundary(int k, int count, int log) {
   return static_cast<int>((static_cast<std::int64_t>(k) * count) >> log);
 }
 
-// The quads [row_begin, row_end) x [col_begin, col_end) of a patch.
+// A rectangle of quads of a patch: rows [row_begin, row_end) and columns [col_begin, col_end).
 struct QuadRange {
   int row_begin = 0, row_end = 0;
   int col_begin = 0, col_end = 0;
@@ -26,8 +27,8 @@ struct QuadRange {
   bool operator==(const QuadRange&) const = default;
 };
 
-// One level of a patch: 2^log_u x 2^log_v blocks (u along columns, v along rows), numbered row by
-// row from `first`. The numbers continue from level to level, and from patch to patch.
+// One level of a patch, with 2^log_u x 2^log_v blocks (u along columns, v along rows). Blocks are
+// numbered row by row, starting with `first`.
 struct BlockLevel {
   std::size_t first = 0;
   int log_u = 0;
@@ -38,11 +39,11 @@ struct BlockLevel {
   }
 };
 
-// Returns the number of levels of groups above `patches` patches; level k has 2^k groups.
+// Returns the number of levels of groups above `patches` patches. Level k has 2^k groups.
 inline int group_levels_above(int patches) { return ceil_log2(patches); }
 
-// The patches of group `u` of a level: items [begin, end) of the order of patches. No group is
-// empty, and the numbers of patches in two groups differ by at most one.
+// The patches of a group: items [begin, end) of the ordered list of patches. No group is empty, and
+// groups of one level differ in size by at most one patch.
 struct GroupRange {
   int begin = 0, end = 0;
 };

@@ -8,21 +8,23 @@
 
 namespace weft::bsi {
 
-// A row of blocks while the pyramid is built: 18 planes with one float per block, `stride` apart.
-// Planes 0-5 bound the vertices, planes 6-17 the steps between them (TangentBounds::bound). Lower
-// bounds are negated, so that every union is a maximum. Kernels may read and write a plane up to a
-// multiple of plane_padding blocks, and may read one float more.
+// Number of planes of a BoundRow.
 inline constexpr int plane_count = 18;
+// Kernels may read and write a plane up to a multiple of this number of blocks, and may read one
+// float more.
 inline constexpr int plane_padding = 16;
+// A row of blocks while the pyramid is built: 18 planes with one float per block, `stride` floats
+// apart. Planes 0-5 bound the vertices, planes 6-17 the steps between them (in the order of
+// TangentBounds::bound). Lower bounds are negated, so that every union is a maximum.
 struct BoundRow {
   float* plane;
   std::size_t stride;
 };
 
-// Two to five consecutive rows of vertices.
+// One to five consecutive rows of float32 vertices.
 struct VertexRows {
-  const float* row[5][3];  // by row and component
-  std::int32_t count;      // 2 to 5
+  const float* row[5][3];  // vertices of each row, by component, m
+  std::int32_t count;      // number of rows
 };
 
 }  // namespace weft::bsi

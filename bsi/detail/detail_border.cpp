@@ -12,13 +12,14 @@ namespace weft::bsi {
 
 namespace {
 
-// Fewest quads around a wrapped axis: with five, level 2 has four blocks. Fewer than three blocks
-// would touch each other on both sides and fold the surface onto itself.
+// Fewest quads around the wrapped axis of a patch that can become coarser. With five quads, level 2
+// has four blocks. Fewer than three blocks would touch each other on both sides and fold the
+// surface onto itself.
 constexpr int fewest_round_a_wrap = 5;
 
-// Sets found[patch] to 1 if two of a patch's texels share a particle, or if an inner texel shares
-// its particle with any other texel. Blocks beside such a seam could touch each other more than
-// once.
+// Sets found[patch] to 1 if two of a patch's texels share a particle, or if one of its inner texels
+// shares a particle with any other texel. Blocks beside such a seam could touch each other more
+// than once.
 void mark_sewn_to_themselves(const Atlas& atlas, std::vector<char>& found) {
   if (atlas.is_identity()) return;
   const int patches = static_cast<int>(atlas.patches().size());
@@ -42,8 +43,8 @@ void mark_sewn_to_themselves(const Atlas& atlas, std::vector<char>& found) {
   }
 }
 
-// An open side of a patch: its particles in order. The side is closed if it runs around a wrapped
-// axis.
+// A side of a patch on its open border, with its particles in order. It is closed if it runs around
+// a wrapped axis.
 struct Side {
   int patch = 0;
   bool along_u = false;
@@ -73,12 +74,12 @@ std::vector<Side> open_sides(const Atlas& atlas) {
   return sides;
 }
 
-// A stretch of border between two kept particles, without a kept one inside. On a ring both ends
-// are the same particle.
+// A stretch of a border: the particles `inside` between two consecutive kept particles, `from` and
+// `to`. On a ring with one kept particle, both ends are that particle.
 struct Stretch {
   int from = 0, to = 0;
   std::vector<int> inside;
-  int parts = 1;  // number of parts into which it is divided
+  int parts = 1;  // number of parts into which the stretch is divided
 
   int edges() const { return static_cast<int>(inside.size()) + 1; }
   std::pair<int, int> ends() const { return std::minmax(from, to); }
@@ -121,11 +122,11 @@ class Borders {
   std::span<const int> levels_;
   std::span<const char> left_alone_;
   std::vector<Side> sides_;
-  std::vector<char> kept_;       // by particle
-  std::vector<int> stretch_of_;  // by particle: the stretch that it is inside, or -1
+  std::vector<char> kept_;       // 1 for each particle that is kept, else 0
+  std::vector<int> stretch_of_;  // stretch inside which each particle lies, or -1
   std::vector<Stretch> stretches_;
-  std::map<std::pair<int, int>, int> joined_;  // number of stretches by their ends
-  std::set<std::pair<int, int>> direct_;       // edges between two kept particles
+  std::map<std::pair<int, int>, int> joined_;  // number of stretches for each pair of ends
+  std::set<std::pair<int, int>> direct_;       // pairs of kept particles that a border edge joins
 };
 
 void Borders::keep_ends() {
@@ -140,8 +141,8 @@ void Borders::keep_ends() {
     if (!side.is_closed) kept_[side.particles.front()] = kept_[side.particles.back()] = 1;
   }
   keep_junctions();
-  // A ring without a kept particle keeps its particle with the lowest index, which is the same for
-  // every patch.
+  // A ring without a kept particle keeps the particle with the lowest index. Patches on both sides
+  // of the ring thus keep the same particle.
   for (const Side& side : sides_) {
     const bool is_ring = std::ranges::none_of(side.particles, [&](int p) { return kept_[p] != 0; });
     if (is_ring) kept_[std::ranges::min(side.particles)] = 1;
@@ -205,8 +206,8 @@ void Borders::add_stretch(const Side& side, std::size_t begin, std::size_t end) 
   ++joined_[stretches_.back().ends()];
 }
 
-// Returns the number of blocks of the side's patch along `edges` edges, rounded up, or `edges` if
-// the patch keeps all vertices.
+// Returns the number of blocks of the side's patch along a stretch of `edges` edges, rounded up.
+// Returns `edges` if the patch keeps all vertices.
 int Borders::parts_wanted(const Side& side, int edges) const {
   const Patch& size = pyramid_.atlas().patches()[side.patch];
   const int last = pyramid_.levels(side.patch) - 1;
@@ -219,8 +220,8 @@ int Borders::parts_wanted(const Side& side, int edges) const {
   return static_cast<int>((std::int64_t{edges} * blocks + quads - 1) / quads);
 }
 
-// Divides a stretch into at least two parts if another stretch or edge has the same ends, and a
-// ring into three. Otherwise different stretches would become the same edge.
+// Divides each stretch into at least two parts if another stretch or edge has the same ends, and a
+// ring into at least three. Otherwise different stretches would become the same edge.
 void Borders::part_neighbours() {
   for (Stretch& stretch : stretches_) {
     const bool is_alone = joined_[stretch.ends()] == 1 && !direct_.contains(stretch.ends());
@@ -230,7 +231,7 @@ void Borders::part_neighbours() {
   }
 }
 
-// Assigns every particle of a stretch to the nearer of the two samples between which it lies.
+// Assigns each inner particle of a stretch to the nearer of the two samples between which it lies.
 void Borders::give(const Stretch& stretch, std::vector<int>& sample_of) {
   const auto sample = [&](int part) {
     return static_cast<int>(std::int64_t{part} * stretch.edges() / stretch.parts);

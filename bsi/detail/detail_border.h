@@ -1,5 +1,4 @@
-// The borders of patches at reduced detail: selects the border vertices that remain. For
-// level_of_detail.cpp.
+// Selects the vertices on the borders of patches that a surface of reduced detail keeps.
 #pragma once
 
 #include <span>
@@ -9,15 +8,18 @@
 
 namespace weft::bsi {
 
-// Returns 1 for each patch whose texels must all keep their own vertices, else 0. Such a patch has
-// no inner texels, wraps too few quads or is sewn to itself.
+// Returns, for each patch, 1 if all its texels must keep their own vertices, else 0. They must if
+// the patch has no inner texels, wraps fewer than five quads or is sewn to itself.
 std::vector<char> patches_left_alone(const Atlas& atlas);
 
 // Returns, for every particle, the particle that replaces it on the borders of patches, or itself.
-// Patches that share a stretch of border share its samples. A stretch has as many parts as its
-// finest patch has blocks along it. `levels` is by patch; beyond its last level a patch keeps every
-// vertex. Ends of stretches are kept: corners of patches, and vertices at which other patches begin
-// or end. Distinct stretches never become the same edge. O(particles).
+// A border is cut into stretches at the corners of patches, and where other patches begin or end.
+// The ends of a stretch are kept. Patches that share a stretch also share its samples. A stretch
+// has one part per block along it of the patch with the finest blocks. It has more parts if two
+// stretches would otherwise become the same edge.
+//
+// `levels` is by patch; beyond its last level a patch keeps every vertex. `left_alone` is the
+// result of patches_left_alone(). O(n log n) for n particles.
 std::vector<int> sampled_borders(const Pyramid& pyramid, std::span<const int> levels,
                                  std::span<const char> left_alone);
 

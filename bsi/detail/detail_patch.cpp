@@ -63,7 +63,7 @@ void DetailPatch::release(const PatchBlock& block) {
 }
 
 void DetailPatch::sample_borders(std::span<const int> sample_of) {
-  std::vector<std::array<int, 2>> border;  // particle and texel
+  std::vector<std::array<int, 2>> border;  // pairs of particle and texel
   for (int row = 0; row < size_.rows; ++row) {
     const bool is_end = !size_.wrap_v && (row == 0 || row + 1 == size_.rows);
     for (int col = 0; col < size_.cols; ++col) {

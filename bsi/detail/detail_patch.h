@@ -1,5 +1,4 @@
-// One patch of a surface of reduced detail: assigns a vertex to each of its texels. For
-// level_of_detail.cpp.
+// A patch of a surface of reduced detail, with a vertex assigned to each texel.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +13,7 @@ namespace weft::bsi {
 
 // A corner of a coarse triangle. A `vertex` below texel_count() is the original vertex at that
 // texel of the patch. A higher one is the centre of block `vertex` - texel_count(). (row, col) is
-// its place in the image before wrapping.
+// the vertex's position in the image; along a wrapped axis it may lie outside the image.
 struct DetailCorner {
   int vertex = 0;
   double row = 0;
@@ -22,26 +21,29 @@ struct DetailCorner {
 };
 using DetailTriangle = std::array<DetailCorner, 3>;
 
-// Returns twice the signed area in the image. It is not positive if the triangle is inverted.
+// Returns twice the signed area of a triangle in the image. The area of an inverted triangle is not
+// positive.
 inline double image_area(const DetailTriangle& triangle) {
   const auto& [a, b, c] = triangle;
   return (b.col - a.col) * (c.row - a.row) - (c.col - a.col) * (b.row - a.row);
 }
 
 // A patch that assigns a vertex to every texel. A texel of a block gets the centre of the block's
-// sphere, a texel of an open border a sample of that border, any other texel its own vertex. The
-// coarse surface consists of the quads' triangles with three different vertices. It is the dual of
-// the partition of the image into rectangles and stretches of the border.
+// sphere, unless it is the block's only texel. A texel of an open border gets a sample of that
+// border. Any other texel keeps its own vertex. The coarse surface consists of the quads' triangles
+// with three different vertices. It is the dual of the partition of the image into rectangles and
+// stretches of the border.
 class DetailPatch {
  public:
   // Starts with the blocks of level 0, or of level 2 if an axis is wrapped: fewer than three blocks
-  // around an axis would fold the surface. Starts without blocks if `as_it_is`, or if the patch has
-  // no inner texels.
+  // around an axis would fold the surface. If `as_it_is`, or if the patch has no inner texels,
+  // starts without blocks.
   DetailPatch(const Pyramid& pyramid, int patch, bool as_it_is);
 
   int texel_count() const { return size_.texel_count(); }
   const PatchBlock& block(int vertex) const { return blocks_[vertex - texel_count()].block; }
-  // Returns the texel in the middle of a block. A vertex that is no block is its own texel.
+  // Returns the texel in the middle of a block. For a vertex that is not a block, returns the
+  // vertex itself.
   int middle_texel(int vertex) const;
   bool is_block(int vertex) const { return vertex >= texel_count(); }
   int block_count() const { return static_cast<int>(blocks_.size()); }
@@ -49,10 +51,10 @@ class DetailPatch {
   // Replaces the vertices of open borders by their samples. `sample_of`, by particle, is the result
   // of sampled_borders().
   void sample_borders(std::span<const int> sample_of);
-  // Splits every block coarser than `level` into blocks of `level`. Beyond the last level, blocks
-  // are split into texels.
+  // Splits every block coarser than `level` into blocks of `level`. If the patch has no such level,
+  // splits its blocks into texels.
   void split_to_level(int level);
-  // Replaces a block by its children, or a leaf block by its texels. The block's number is not
+  // Replaces a block by its children, or a leaf block by its texels. The number of the block is not
   // reused.
   void split(int vertex);
 
@@ -63,8 +65,8 @@ class DetailPatch {
  private:
   struct PlacedBlock {
     PatchBlock block;
-    double row = 0;  // of the block's middle
-    double col = 0;
+    double row = 0;  // row of the block's middle in the image
+    double col = 0;  // column of the block's middle in the image
   };
 
   // Returns the texels that belong to a block. Texels of open borders belong to no block.
@@ -76,20 +78,20 @@ class DetailPatch {
   const Pyramid& pyramid_;
   int patch_;
   Patch size_;
-  std::vector<int> vertex_of_;  // by texel
+  std::vector<int> vertex_of_;  // vertex assigned to each texel
   std::vector<PlacedBlock> blocks_;
 };
 
-// Returns the shift (0, `size` or -`size`) along a wrapped axis that moves a vertex next to its
-// texel. `way` is the row or column of the texel less that of the vertex. Without a wrap between
-// them, the two are at most half of `size` apart.
+// Returns the shift (0, `size` or -`size`) that moves a vertex next to its texel along a wrapped
+// axis of `size` texels. `way` is the row or column of the texel minus that of the vertex. Unless
+// the wrap lies between them, texel and vertex are at most size / 2 apart.
 inline double turns(double way, int size) {
   if (2 * way > size) return size;
   return 2 * way < -size ? -size : 0;
 }
 
-// Returns the corner for `vertex` at texel (texel_row, texel_col). Either index may be one past the
-// end of a wrapped axis.
+// Returns the corner that `vertex` gives to the texel at (texel_row, texel_col). Either index may
+// be one past the end of a wrapped axis.
 inline DetailCorner DetailPatch::corner(int vertex, int texel_row, int texel_col) const {
   DetailCorner place{vertex, 0, 0};
   if (is_block(vertex)) {
@@ -124,8 +126,8 @@ void DetailPatch::for_each_triangle(const Visit& visit) const {
       DetailTriangle upper_left{at[0], at[1], at[2]};
       DetailTriangle lower_right{at[1], at[3], at[2]};
       if (first && second && (image_area(upper_left) <= 0 || image_area(lower_right) <= 0)) {
-        // The middles of four blocks, unlike four texels, may form a quad that is not convex. Then
-        // only the other diagonal lies inside the quad.
+        // The middles of four blocks, unlike four texels, may form a quad that is not convex. Only
+        // the other diagonal then lies inside the quad.
         upper_left = {at[0], at[1], at[3]};
         lower_right = {at[0], at[3], at[2]};
       }

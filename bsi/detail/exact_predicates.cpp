@@ -8,12 +8,13 @@ namespace weft::bsi {
 
 namespace {
 
-// Unit roundoff of float64. Shewchuk's error bounds are 3 and 7 units, plus a little for the
-// rounding of the bound itself.
+// Unit roundoff of float64.
 constexpr double unit = 1.1102230246251565e-16;
+// Error bounds of the determinants, relative to the sum of the magnitudes of their products.
+// Shewchuk's bounds are 3 and 7 units; one more unit covers the rounding of the bound itself.
 constexpr double plane_bound = 4 * unit, space_bound = 8 * unit;
 
-// The rounded result of an operation and its rounding error. Their sum is exact.
+// The rounded result of an operation and its rounding error. The sum of both is exact.
 struct Exact {
   double rounded = 0, lost = 0;
 };
@@ -32,7 +33,7 @@ Exact exact_product(double a, double b) {
 }
 
 // An exact sum of doubles, stored as terms that do not overlap, smallest first, without zeros. The
-// largest term outweighs all others, so its sign is that of the sum.
+// largest term outweighs all others, so its sign is the sign of the sum.
 class Expansion {
  public:
   // Adds a number by Shewchuk's GROW-EXPANSION.
@@ -113,7 +114,7 @@ int orientation_by_expansion(const Point3& a, const Point3& b, const Point3& c, 
 }
 
 // Returns true if the sign of the rounded determinant is certain. An error bound of zero means that
-// every product has a factor of exactly zero, for example on flat surfaces at the start.
+// every product has a factor of exactly zero, for example if all points share a coordinate.
 bool is_decided(double determinant, double error_bound) {
   return std::abs(determinant) > error_bound || error_bound == 0;
 }

@@ -9,10 +9,10 @@ using Point2 = std::array<double, 2>;
 using Point3 = std::array<double, 3>;
 
 // Returns the sign (-1, 0, 1) of the exact determinant of the rows a - c and b - c. It is 1 if a,
-// b, c run counter-clockwise, and 0 if they are on one line.
+// b, c are in counter-clockwise order, and 0 if they are on one line.
 int orientation(const Point2& a, const Point2& b, const Point2& c);
-// Returns the sign of the exact determinant of the rows a - d, b - d and c - d. It is 0 if the four
-// points are on one plane, and -1 if a, b, c run counter-clockwise seen from d.
+// Returns the sign (-1, 0, 1) of the exact determinant of the rows a - d, b - d and c - d. It is 0
+// if the four points are on one plane, and -1 if a, b, c are counter-clockwise seen from d.
 int orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d);
 
 // Both orientation() functions evaluate the determinant in float64 first and trust its sign if the

@@ -12,7 +12,7 @@ namespace weft::bsi {
 
 namespace {
 
-constexpr std::size_t chunk_size = 512;
+constexpr std::size_t pairs_per_chunk = 512;
 
 FeatureBatch batch_of(std::span<const Vec3> positions, std::span<const double> path_lengths,
                       std::span<const FourParticles> pairs) {
@@ -25,21 +25,23 @@ FourPoints points_of(std::span<const Vec3> x, const FourParticles& particles) {
   return {x[particles[0]], x[particles[1]], x[particles[2]], x[particles[3]]};
 }
 
-// Calls body(first, part) for every chunk of the pairs.
+// Calls body(first, part) for every chunk of the pairs. `first` is the index of the chunk's first
+// pair.
 template <class Body>
 void for_chunks(std::span<const FourParticles> pairs, const Body& body) {
-  for (std::size_t first = 0; first < pairs.size(); first += chunk_size)
-    body(first, pairs.subspan(first, std::min(chunk_size, pairs.size() - first)));
+  for (std::size_t first = 0; first < pairs.size(); first += pairs_per_chunk)
+    body(first, pairs.subspan(first, std::min(pairs_per_chunk, pairs.size() - first)));
 }
 
-// The squared distances (m^2) and paths (m, as in find_in_reach()) of a chunk of pairs.
+// The squared distances (m^2) of a chunk of pairs, and twice the longest path length (m) of each
+// pair.
 struct Measured {
-  std::array<double, chunk_size> squared_distance;
-  std::array<double, chunk_size> path;
+  std::array<double, pairs_per_chunk> squared_distance;
+  std::array<double, pairs_per_chunk> path;
 
   void measure(FeatureKind kind, std::span<const Vec3> positions,
                std::span<const double> path_lengths, std::span<const FourParticles> pairs) {
-    std::array<bool, chunk_size> certain;
+    std::array<bool, pairs_per_chunk> certain;
     feature_kernels().measure[static_cast<int>(kind)](batch_of(positions, path_lengths, pairs),
                                                       squared_distance.data(), certain.data(),
                                                       path.data());
@@ -61,7 +63,7 @@ void find_in_reach(FeatureKind kind, std::span<const Vec3> positions,
                    double reach, std::vector<PairInReach>& in_reach) {
   assert(reach >= 0);
   const float reach_above = std::nextafter(static_cast<float>(reach), INFINITY);
-  std::array<bool, chunk_size> apart;
+  std::array<bool, pairs_per_chunk> apart;
   std::vector<FourParticles> left;
   std::vector<int> place;
   Measured measured;
@@ -92,7 +94,7 @@ void find_unproved_paths(FeatureKind kind, std::span<const Vec3> start, std::spa
   assert(separation >= 0 && end_separation >= separation);
   const float above = std::nextafter(static_cast<float>(separation), INFINITY);
   const float end_above = std::nextafter(static_cast<float>(end_separation), INFINITY);
-  std::array<bool, chunk_size> safe;
+  std::array<bool, pairs_per_chunk> safe;
   for_chunks(pairs, [&](std::size_t first, std::span<const FourParticles> part) {
     feature_kernels().find_safe[static_cast<int>(kind)](
         batch_of(start, {}, part), end.data()->data(), above, end_above, safe.data());

@@ -35,8 +35,8 @@ const Available& available() {
   return result;
 }
 
-// Returns the set that WEFT_INSTRUCTION_SET names, else the widest available one. An unknown or
-// unavailable name, probably a slip in an experiment, is reported once on stderr.
+// Returns the set that WEFT_INSTRUCTION_SET names, or else the widest available set. A name that is
+// unknown or unavailable is reported on stderr.
 InstructionSet choose() {
   const auto sets = available_instruction_sets();
   const char* asked = std::getenv("WEFT_INSTRUCTION_SET");

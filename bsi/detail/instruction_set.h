@@ -1,12 +1,11 @@
-// Selection of the vector instructions of the inner loops at run time. Every set gives the same
-// bits.
+// Selects the vector instructions of the inner loops at run time. Every set gives the same bits.
 //
 // A kernel file (bsi/kernels/*_kernels.cpp, listed by weft_kernels() in bsi/CMakeLists.txt) is
-// compiled once per set, each time into a namespace of its own (WEFT_KERNELS). It ends in a table
-// of its functions, a constant of that namespace. Callers select the table by instruction_set(). A
-// kernel file must not include headers with inline functions that other files use (no <vector>, no
-// <algorithm>, no Eigen). The linker would keep a single copy of such a function, possibly one with
-// instructions that the processor lacks.
+// compiled once per set, each time into a namespace of its own (WEFT_KERNELS). It defines a table
+// of its functions, a constant of that namespace. kernel_tables.cpp returns the table for
+// instruction_set(). A kernel file must not include headers with inline functions that other files
+// use (no <vector>, no <algorithm>, no Eigen). The linker would keep a single copy of such a
+// function, possibly one with instructions that the processor lacks.
 #pragma once
 
 #include <span>
@@ -15,22 +14,23 @@
 namespace weft::bsi {
 
 enum class InstructionSet {
-  portable,  // plain code for the oldest processor that the compiler targets
-  avx2,      // requires fused multiply-add but does not use it, because it rounds differently
+  portable,  // plain code for every processor of the architecture
+  avx2,      // requires fused multiply-add but never uses it, because it rounds differently
   avx512,
 };
 
 std::string_view name(InstructionSet set);
 
-// Returns the sets that both this processor and this build support, the widest last. O(1).
+// Returns the sets that this processor and this build both support, the widest last. O(1).
 std::span<const InstructionSet> available_instruction_sets();
 
-// Returns the set in use: the last use_instruction_set(), else the one that the environment
-// variable WEFT_INSTRUCTION_SET names, else the widest available one.
+// Returns the set in use: that of the last use_instruction_set(). Before the first such call, it is
+// the set that the environment variable WEFT_INSTRUCTION_SET names, or else the widest available
+// set.
 InstructionSet instruction_set();
 
-// Selects a set, for tests and benchmarks. Preconditions: the set is available, and no kernel is
-// running.
+// Selects the set to use, for tests and benchmarks. Preconditions: the set is available, and no
+// kernel is running.
 void use_instruction_set(InstructionSet set);
 
 }  // namespace weft::bsi

@@ -10,8 +10,8 @@ namespace weft::bsi {
 
 namespace {
 
-// Sorts the patches of a group along the longest side of the box around their places, so that the
-// two halves of the group lie side by side.
+// Sorts the patches of a group along the longest side of the box around their positions. The two
+// halves of the group then lie side by side.
 void sort_group(std::span<const std::array<float, 3>> places, std::span<std::int32_t> group) {
   float longest = -1;
   int along = 0;

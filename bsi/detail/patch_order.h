@@ -1,5 +1,5 @@
-// The order of a body's patches in which each group is a run of neighbouring patches. The CPU and
-// the device share this rule.
+// Orders the patches of a body so that each group is a contiguous range of nearby patches. For the
+// CPU and the device.
 #pragma once
 
 #include <array>
@@ -9,8 +9,9 @@
 
 namespace weft::bsi {
 
-// Returns the patches in the order of their groups. Each group is split along the longest side of
-// the box around its patches' places. `places` may be in any unit. O(patches log^2 patches).
+// Returns the patches in the order of their groups. `places` holds a position per patch, in any
+// unit. Each group is split along the longest side of the box around its patches' positions.
+// O(patches log^2 patches).
 std::vector<std::int32_t> order_by_place(std::span<const std::array<float, 3>> places);
 
 }  // namespace weft::bsi

@@ -17,7 +17,7 @@ std::vector<int> number_particles(std::vector<int> first_of) {
   int count = 0;
   for (std::size_t texel = 0; texel < first_of.size(); ++texel) {
     const auto first = static_cast<std::size_t>(first_of[texel]);
-    // first <= texel, so earlier entries already hold particle indices.
+    // first <= texel, so first_of[first] already holds a particle index unless first == texel.
     first_of[texel] = first == texel ? count++ : first_of[first];
   }
   return first_of;

@@ -7,8 +7,8 @@ namespace weft::bsi {
 
 namespace {
 
-// Returns a number that identifies the face, edge or vertex of the mesh that contains a triangle's
-// closest point. The corners of this feature are those with nonzero weights.
+// Returns the number of the face, edge or vertex of the mesh that contains a triangle's closest
+// point. The corners of this feature are those with nonzero weights.
 int feature_of(const Mesh& mesh, int triangle, const Closest& closest) {
   if (closest.free_directions == 2) return 3 * triangle;
   for (int k = 0; k < 3; ++k) {
@@ -17,10 +17,10 @@ int feature_of(const Mesh& mesh, int triangle, const Closest& closest) {
     if (closest.free_directions == 0 && closest.weight[k + 1] != 0)
       return 3 * mesh.triangles[triangle][k] + 2;
   }
-  return 3 * triangle;  // a weight has underflowed
+  return 3 * triangle;  // reached only if a weight has underflowed
 }
 
-// Returns the closest point on the edge of a triangle opposite `corner`.
+// Returns the closest point on the edge of a triangle that is opposite `corner`.
 Closest closest_on_edge_opposite(int corner, const Vec3& point, const std::array<Vec3, 3>& x) {
   const int from = (corner + 1) % 3, to = (corner + 2) % 3;
   const Vec3 edge = x[to] - x[from];
@@ -45,11 +45,11 @@ Closest closest_at_corner(int corner, const Vec3& point, const Vec3& x) {
   return closest;
 }
 
-// Adds up the coefficients of the terms of each feature. All terms of a feature have the same
-// closest point.
-class Collector {
+// Sums the coefficients of the terms of each feature. All terms of a feature have the same closest
+// point.
+class TermCollector {
  public:
-  Collector(const Mesh& mesh, double reach, std::vector<SurfaceTerm>& terms)
+  TermCollector(const Mesh& mesh, double reach, std::vector<SurfaceTerm>& terms)
       : mesh_(mesh), squared_reach_(reach * reach), terms_(terms) {
     terms_.clear();
   }
@@ -118,13 +118,13 @@ bool SurfaceTerms::is_inner_vertex(int vertex, int own) const {
 void SurfaceTerms::find(const Vec3& point, int own, std::span<const int> triangles,
                         std::span<const Vec3> position, double reach,
                         std::vector<SurfaceTerm>& terms) const {
-  Collector collector(mesh_, reach, terms);
+  TermCollector collector(mesh_, reach, terms);
   for (const int t : triangles) {
     const auto& corners = mesh_.triangles[t];
     const std::array<Vec3, 3> x{position[corners[0]], position[corners[1]], position[corners[2]]};
     collector.add(t, 1, closest_vertex_triangle(point, x[0], x[1], x[2]));
-    // If an edge or a vertex is within reach, so are all its triangles. The first of its triangles
-    // adds it.
+    // If an edge or a vertex is within reach, so are all its triangles, and all are listed. The
+    // first of them adds the term of the edge or vertex.
     for (int k = 0; k < 3; ++k) {
       const int edge = mesh_.triangle_edges[t][k];
       if (mesh_.edges[edge].triangle[0] == t && is_inner_edge(edge, own))

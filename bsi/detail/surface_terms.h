@@ -1,5 +1,5 @@
-// The faces, edges and vertices of a triangulated surface near a point, with signs. A sum with
-// these signs counts the surface once, however it is triangulated.
+// The faces, edges and vertices of a triangulated surface near a point, with signed integer
+// coefficients. A sum with these coefficients counts the surface once, however it is triangulated.
 #pragma once
 
 #include <span>
@@ -10,28 +10,30 @@
 
 namespace weft::bsi {
 
-// A term of the sum: a face, an edge or a vertex, with its point closest to the given point.
+// A term of the sum: a face, an edge or a vertex of the mesh, with its point closest to the given
+// point.
 struct SurfaceTerm {
-  int feature = 0;      // unique among the faces, edges and vertices of the mesh
+  int feature = 0;      // number of the face, edge or vertex, unique in the mesh
   int triangle = 0;     // a triangle of the mesh that contains the closest point
-  int coefficient = 0;  // never 0
-  Closest closest;      // of (the point, the triangle's corners), see closest_vertex_triangle
+  int coefficient = 0;  // coefficient in the sum, never 0
+  Closest closest;      // closest points of the given point and `triangle`
 };
 
-// The terms of a signed sum over the features of a surface. For a point x and any function b(d)
-// that is 0 for d >= reach,
+// The terms of a signed sum over the features of a surface. Let x be a point and b(d) any function
+// that is 0 for d >= reach. Then
 //   sum over the terms of coefficient b(distance)
 //     = sum over faces b - sum over inner edges b + sum over inner vertices b,
 // where every feature has its own distance from x. The sum is the integral of -b'(s) chi(s) ds,
-// where chi(s) is the Euler characteristic of the open cells within the distance s. chi is 1 if
-// these cells form one disc. A plane therefore counts as b(height), however it is triangulated, and
-// the nearest point always counts once.
+// where chi(s) is the Euler characteristic of the open cells within the distance s. Where these
+// cells form one disc, chi is 1. A plane therefore counts as b(height), however it is triangulated,
+// and the nearest point always counts once.
 //
-// Features whose closest points coincide cancel. Over a face only the term of that face remains.
-// Over a convex ridge, the remaining term is the edge or vertex in whose wedge x lies. In a valley,
-// two faces remain, less the edge between them. Each term is the distance to a convex set, so the
-// sum is as smooth as b of a single distance. (Inclusion-exclusion as in Li et al. 2023,
-// "Convergent Incremental Potential Contact", section 4.)
+// Features with the same closest point form one term, and their coefficients are added up. Terms
+// with coefficient 0 are dropped. Over a face only the term of that face remains. Over a convex
+// ridge, the remaining term is the edge or vertex in whose wedge x lies. In a valley, two faces
+// remain, less the edge between them. Each term is the distance to a convex set, so the sum is as
+// smooth as b of a single distance. (Inclusion-exclusion as in Li et al. 2023, "Convergent
+// Incremental Potential Contact", section 4.)
 class SurfaceTerms {
  public:
   // The mesh must outlive the object. O(mesh).
@@ -39,8 +41,8 @@ class SurfaceTerms {
 
   // Replaces `terms` by the terms within `reach` (m, >= 0) of `point`. Their order depends only on
   // `triangles`, which lists every triangle within reach once, in any order. `own` is the number of
-  // the point if it is a vertex of this mesh, else -1. Triangles around `own` do not count and must
-  // not be listed. `position` is by vertex, m. O(triangles^2) in the worst case.
+  // the point if it is a vertex of this mesh, else -1. Triangles with the vertex `own` do not count
+  // and must not be listed. `position` is by vertex, m. O(triangles^2) in the worst case.
   void find(const Vec3& point, int own, std::span<const int> triangles,
             std::span<const Vec3> position, double reach, std::vector<SurfaceTerm>& terms) const;
 
@@ -49,9 +51,10 @@ class SurfaceTerms {
   bool is_inner_vertex(int vertex, int own) const;
 
   const Mesh& mesh_;
-  std::vector<int> first_triangle_;                // by vertex: the first triangle around it
-  std::vector<char> on_border_;                    // by vertex
-  std::vector<int> neighbour_start_, neighbours_;  // by vertex, sorted
+  std::vector<int> first_triangle_;  // first triangle of each vertex
+  std::vector<char> on_border_;      // 1 for each vertex on the border, else 0
+  // Sorted neighbours of each vertex, in compressed rows.
+  std::vector<int> neighbour_start_, neighbours_;
 };
 
 }  // namespace weft::bsi

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int lanes = lane_count<float>;
 
-// The vertices of a leaf block, at most 3 x 3: vertex (r, c) is at index 4 r + c.
+// The vertices of a leaf block, at most 3 x 3, by axis. Vertex (r, c) is at index 4 r + c.
 struct alignas(64) BlockVertices {
   float value[3][16];
 };
@@ -29,15 +29,16 @@ WEFT_INLINE void read_vertices(const BoxTree& tree, BoxNode node, BlockVertices&
   }
 }
 
-// By corner and leaf: index of the vertex in BlockVertices. Leaf 4 k + 2 r + c is triangle k of the
-// quad in row r and column c. The two triangles of a quad share their last two corners.
+// Indices in BlockVertices of the corners of leaves, by corner and leaf. Leaf 4 k + 2 r + c is
+// triangle k of the quad in row r and column c. The two triangles of a quad share their last two
+// corners.
 constexpr int corner_vertex[3][8] = {
     {0, 1, 4, 5, 5, 6, 9, 10}, {1, 2, 5, 6, 1, 2, 5, 6}, {4, 5, 8, 9, 4, 5, 8, 9}};
 
-// The data of a leaf block that its triangle pairs need.
+// The data of a leaf block from which its triangle pairs are judged.
 struct Block {
   BlockVertices vertices;
-  alignas(32) int number[8];
+  alignas(32) int number[8];  // triangle number of each leaf
 };
 
 WEFT_INLINE void read_block(const BoxTree& tree, BoxNode node, Block& block) {
@@ -45,25 +46,26 @@ WEFT_INLINE void read_block(const BoxTree& tree, BoxNode node, Block& block) {
   number_leaves(tree, node, true, block.number);
 }
 
-// A chunk of pairs of blocks and their pairs of triangles. Entry 64 s + 8 i + j stands for leaves i
-// and j of block pair s.
+// Largest number of pairs of blocks in a chunk.
 constexpr int slots = 32;
+// A chunk of pairs of blocks and their pairs of triangles. Entry 64 s + 8 i + j stands for leaf i
+// of the first block and leaf j of the second block of pair s.
 struct Chunk {
   Block a[slots], b[slots];
-  int of_a[slots];  // by pair: index in `a` of its first block, often shared by consecutive pairs
+  int of_a[slots];  // index in `a` of each pair's first block, which consecutive pairs may share
   alignas(64) int entry[64 * slots + 16];
   int count;
 };
 
-// Corners of triangle pairs, one pair per lane, relative to corner 0 of the first triangle.
+// The corners of triangle pairs, one pair per lane, relative to corner 0 of the first triangle.
 struct Corners {
   Lanes3<Lanes<float>> a[3], b[3];
 };
 
 #if defined(__AVX512DQ__)
 
-// Lists `base` + i for each set bit i, in ascending order, and returns their number. May write up
-// to sixteen entries past the end.
+// Lists `base` + i for each set bit i, in ascending order, and returns the number of set bits. May
+// write up to sixteen entries past the end.
 WEFT_INLINE int list_bits(std::uint64_t bits, int base, int* list) {
   const __m512i first = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   int count = 0;
@@ -108,7 +110,7 @@ WEFT_INLINE void load_pairs(const Chunk& chunk, const int* entries, Corners& cor
     vertex_a[k] = _mm512_permutexvar_epi32(i, vertex);
     vertex_b[k] = _mm512_permutexvar_epi32(j, vertex);
   }
-  __m512 a[3][3] = {}, b[3][3] = {};  // by axis and corner
+  __m512 a[3][3] = {}, b[3][3] = {};  // coordinates by axis and corner
   for (unsigned left = 0xffff; left != 0;) {
     const int s = entries[__builtin_ctz(left)] >> 6;
     const __mmask16 mask = _mm512_cmpeq_epi32_mask(slot, _mm512_set1_epi32(s));
@@ -134,7 +136,7 @@ WEFT_INLINE void load_pairs(const Chunk& chunk, const int* entries, Corners& cor
   }
 }
 
-// Writes the triangle numbers of the pairs of block pair s, whose entries start at `entries`.
+// Writes the triangle numbers of `count` entries, all of which belong to pair of blocks s.
 WEFT_INLINE void number_pairs(const Chunk& chunk, int s, const int* entries, int count, bool sorted,
                               LeafPair* pairs) {
   const __m512i seven = _mm512_set1_epi32(7);
@@ -149,7 +151,8 @@ WEFT_INLINE void number_pairs(const Chunk& chunk, int s, const int* entries, int
   }
 }
 
-// Lists first + l for each marked lane l and returns their number. May write up to sixteen entries.
+// Lists first + l for each marked lane l and returns the number of marked lanes. May write sixteen
+// entries, however many lanes are marked.
 WEFT_INLINE int list_lanes(unsigned marked, int first, int* list) {
   const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   _mm512_storeu_si512(
@@ -158,15 +161,15 @@ WEFT_INLINE int list_lanes(unsigned marked, int first, int* list) {
   return __builtin_popcount(marked);
 }
 
-// Stores the verdicts of the lanes. Returns a mask of the undecided lanes.
+// Stores one verdict per lane. Returns a mask of the undecided lanes.
 WEFT_INLINE unsigned store_verdicts(__m512 result, Verdict* verdict) {
   const __m512i number = _mm512_cvttps_epi32(result);
   _mm_storeu_si128(reinterpret_cast<__m128i*>(verdict), _mm512_cvtepi32_epi8(number));
   return _mm512_cmpeq_epi32_mask(number, _mm512_set1_epi32(static_cast<int>(Verdict::undecided)));
 }
 
-// Copies the pairs whose verdict is `wanted`, in order, and returns their number. May write up to
-// eight pairs past the end.
+// Copies the pairs whose verdict is `wanted`, in order, and returns the number of copies. May write
+// up to eight pairs past the end.
 WEFT_INLINE int select(const LeafPair* pairs, const Verdict* verdict, int count, Verdict wanted,
                        LeafPair* to) {
   int selected = 0;
@@ -193,7 +196,7 @@ WEFT_INLINE int list_bits(std::uint64_t bits, int base, int* list) {
 }
 
 WEFT_INLINE void load_pairs(const Chunk& chunk, const int* entries, Corners& corners) {
-  alignas(64) float a[3][3][lanes], b[3][3][lanes];  // by corner and axis
+  alignas(64) float a[3][3][lanes], b[3][3][lanes];  // coordinates by corner and axis
   for (int lane = 0; lane < lanes; ++lane) {
     const int s = entries[lane] >> 6, i = entries[lane] >> 3 & 7, j = entries[lane] & 7;
     const BlockVertices& of_a = chunk.a[chunk.of_a[s]].vertices;
@@ -242,8 +245,8 @@ WEFT_INLINE unsigned store_verdicts(const V& result, Verdict* verdict) {
   return undecided;
 }
 
-// Writes every pair, but advances the destination only past selected pairs. A branch would be
-// mispredicted often, because verdicts are as good as random.
+// Writes every pair, but advances the destination only past wanted pairs. A branch would often be
+// mispredicted, because verdicts are nearly random.
 WEFT_INLINE int select(const LeafPair* pairs, const Verdict* verdict, int count, Verdict wanted,
                        LeafPair* to) {
   int selected = 0;
@@ -256,7 +259,8 @@ WEFT_INLINE int select(const LeafPair* pairs, const Verdict* verdict, int count,
 
 #endif
 
-// Lists the triangle pairs of the blocks in `chunk` and writes their triangle numbers to `pairs`.
+// Lists the triangle pairs of `blocks` in chunk.entry, and writes their triangle numbers to
+// `pairs`.
 void fill_chunk(const JudgedBlocks& judged, const LeafBlockPair* blocks, int block_count,
                 Chunk& chunk, LeafPair* pairs) {
   chunk.count = 0;

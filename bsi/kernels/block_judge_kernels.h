@@ -13,18 +13,18 @@ struct JudgedBlocks {
   const BoxTree* b;
   const LeafBlockPair* blocks;
   int count;
-  bool self;  // self traversal: the smaller number of a pair comes first
+  bool self;  // true after a self traversal: the smaller number of a pair comes first
 };
 
 struct BlockJudgeKernels {
-  // Lists the triangle pairs of the blocks in order, judges each from its float32 vertices and
-  // returns their number. Preconditions: `margin_low` <= margin - e (or 0) and `margin_high` >=
-  // margin + e, where e bounds the change of a distance by the rounding of vertices. May write up
-  // to 16 pairs and verdicts past the end.
+  // Lists the triangle pairs of the blocks in order, judges each from its float32 vertices, and
+  // returns the number of pairs. Let e bound the change of a distance by the rounding of vertices.
+  // Preconditions: `margin_low` <= margin - e (or 0), `margin_high` >= margin + e. May write up to
+  // 16 pairs and verdicts past the end.
   int (*judge)(const JudgedBlocks& judged, float margin_low, float margin_high, LeafPair* pairs,
                Verdict* verdict);
-  // Copies the pairs whose verdict is `wanted`, in order, and returns their number. May read
-  // verdicts and pairs, and write pairs, up to eight past the end.
+  // Copies the pairs whose verdict is `wanted`, in order, and returns the number of copies. May
+  // read verdicts and pairs, and write pairs, up to eight past the end.
   int (*select)(const LeafPair* pairs, const Verdict* verdict, int count, Verdict wanted,
                 LeafPair* to);
 };

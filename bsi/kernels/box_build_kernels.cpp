@@ -8,10 +8,10 @@ namespace weft::bsi::WEFT_KERNELS {
 
 namespace {
 
-constexpr float lowest = -3.402823466e38F;  // -FLT_MAX, the neutral element of a maximum
+constexpr float lowest = -3.402823466e38F;  // -FLT_MAX, below all coordinates
 
-// Computes the largest -value(r, c) and the largest value(r, c) over the rows r, for every column
-// c.
+// Computes, for every column c, the largest -value(r, c) and the largest value(r, c) over all rows
+// r. With `join`, the previous results take part in the maximum.
 template <bool join, class Value>
 inline void bound_values(int count, int rows, float* __restrict minus_low, float* __restrict high,
                          const Value& value) {
@@ -84,14 +84,14 @@ void bound_steps(const VertexRows& vertices, int quad_cols, bool join, BoundRow 
        : bound_steps_by_count<false>(vertices, quad_cols, out);
 }
 
-// Returns true for planes of steps along u. These steps lie between columns, so a block has one
-// fewer of them than columns of vertices.
+// Returns true if a plane holds bounds of steps along u. A block has one fewer such step than
+// columns of vertices.
 inline bool is_step_along_u(int plane) {
   return (plane >= 6 && plane < 9) || (plane >= 12 && plane < 15);
 }
 
 // Bounds consecutive blocks of two quads. Each block combines three columns of `in` if `third`,
-// else two, as for steps along u.
+// else two. Two columns suffice for steps along u.
 inline void bound_pairs(const float* in, int blocks, bool third, float* bound) {
   const auto bound_at = [&](int u) {
     const float* from = in + 2 * u;
@@ -111,8 +111,8 @@ inline void bound_pairs(const float* in, int blocks, bool third, float* bound) {
   }
 }
 
-// Bounds runs of blocks of two quads, separated by single blocks of one quad. Runs are few: 2^k
-// quads are one run, and 2^k - 1 quads (an image of 2^k vertices) are one single block and one run.
+// Bounds runs of blocks of two quads, separated by single blocks of one quad. 2^k quads form one
+// run. 2^k - 1 quads (an image of 2^k vertices) form a single block and one run.
 void bound_leaves(BoundRow columns, PlaneRange planes, const std::int32_t* boundary, int blocks,
                   BoundRow out) {
   for (int u = 0; u < blocks;) {

@@ -15,7 +15,8 @@ namespace {
 // --- Pairs of blocks ---
 
 // A Place is the position of a block in its level: u in the low 16 bits, v in the high 16 bits.
-// Places holds two: the first block in the low 32 bits, the second in the high 32 bits.
+// Places holds the Place of a first block in the low 32 bits and that of a second block in the high
+// 32 bits.
 typedef std::uint32_t Place;
 typedef std::uint64_t Places;
 
@@ -28,12 +29,12 @@ WEFT_INLINE BoxNode node_of(int level, Place place) {
 }
 WEFT_INLINE Place place_of(BoxNode node) { return node.u | static_cast<Place>(node.v) << 16; }
 
-// A list of pairs of blocks. All first blocks are on one level, and so are all second blocks. Both
-// sides descend together until they reach leaf blocks.
+// A list of pairs of blocks. All first blocks are on one level, and all second blocks are on one
+// level. Both descend together until they are leaf blocks.
 struct PairList {
   const BoxLevel *a, *b;
-  std::int32_t level_a, level_b;  // numbers of these levels
-  Places split;                   // mask of the coordinates that the next level doubles
+  std::int32_t level_a, level_b;  // indices of `a` and `b` in BoxTree::levels
+  Places split;                   // mask of the coordinates that double on the next level
   Places* pairs;
   int count;
 };
@@ -48,8 +49,8 @@ WEFT_INLINE PairList list_of(const DescentQuery& query, int level_a, int level_b
 WEFT_INLINE bool holds_leaf_blocks(const PairList& list) {
   return is_leaf(*list.a) && is_leaf(*list.b);
 }
-// Returns an empty list for the children of the pairs of `list`. Each side is one level lower
-// unless it already holds leaf blocks.
+// Returns an empty list for the pairs of children of `list`. First and second blocks are one level
+// lower, except leaf blocks.
 WEFT_INLINE PairList list_below(const DescentQuery& query, const PairList& list, Places* pairs) {
   return list_of(query, list.level_a + (is_leaf(*list.a) ? 0 : 1),
                  list.level_b + (is_leaf(*list.b) ? 0 : 1), pairs);
@@ -67,21 +68,22 @@ WEFT_INLINE bool is_itself(const DescentQuery& query, const PairList& list, Plac
 
 // --- The workspace ---
 
-// Boxes of the leaf blocks used last. A descent returns to each leaf block many times.
+// Boxes of the leaves of recently used leaf blocks. A descent returns to each leaf block many
+// times.
 struct LeafCache {
   LaneBoxes leaves[leaf_cache_size];
-  std::uint64_t held[leaf_cache_size];  // level and place of the cached block
+  std::uint64_t held[leaf_cache_size];  // level and place of each cached block
 };
 
-// Largest number of pairs that the descent takes from the end of a list at a time. Their children
-// go to the next list.
+// Largest number of pairs that a descent takes at once from the end of a list. The pairs of their
+// children are appended to the next list.
 constexpr int batch = 64;
 static_assert(pair_list_size >= 17 * batch);
 
 struct Workspace {
-  LeafCache cache[2];  // of the first and the second body; a self traversal uses the first
+  LeafCache cache[2];  // first and second body; a self traversal uses cache[0]
   Places pairs[list_limit][pair_list_size];
-  std::uint64_t serial;  // of the query whose leaves are cached
+  std::uint64_t serial;  // DescentQuery::serial of the cached leaves
   std::uint64_t unused[7];
 };
 static_assert(sizeof(Workspace) == descent_workspace);
@@ -94,7 +96,7 @@ WEFT_INLINE void forget_leaves_of_others(const DescentQuery& query, Workspace& w
   }
 }
 
-// Returns the boxes of the leaves of a block. The next call may overwrite these boxes.
+// Returns the widened boxes of the leaves of a block. The next call may overwrite them.
 WEFT_INLINE const LaneBoxes& leaves_of(const DescentQuery& query, const BoxTree& tree, int level,
                                        Place place, LeafCache& cache) {
   static_assert(leaf_cache_size == 64 * 32);
@@ -109,13 +111,14 @@ WEFT_INLINE const LaneBoxes& leaves_of(const DescentQuery& query, const BoxTree&
 
 // --- Leaves ---
 
-// Masks of lane pairs: bit 8 i + j stands for lanes i and j. The first mask has the pairs with i <=
-// j, the second those with i = j.
+// Masks of lane pairs, in which bit 8 i + j stands for lanes i and j. `upper_triangle` has the
+// pairs with i <= j, `diagonal` those with i = j.
 constexpr LanePairs upper_triangle = 0x80c0e0f0f8fcfeff;
 constexpr LanePairs diagonal = 0x8040201008040201;
 
-// Returns `near` without the pairs of triangles that share a particle. Within one block it keeps
-// one of the pairs (i, j) and (j, i). Precondition: the blocks are close (are_close).
+// Returns `near` without the pairs of triangles that share a particle. If a block is paired with
+// itself, keeps only one of the pairs (i, j) and (j, i). Precondition: are_close() holds for the
+// blocks.
 WEFT_INLINE LanePairs without_shared(const DescentQuery& query, const NodePair& pair,
                                      LanePairs near) {
   const PlacedLeaves placed_a{pair.a, quads_of(*query.a, pair.a)};
@@ -129,9 +132,9 @@ WEFT_INLINE LanePairs without_shared(const DescentQuery& query, const NodePair& 
   return shared.look ? without_shared_particles(*query.a, placed_a, placed_b, near) : near;
 }
 
-// The data of a list from which are_close() decides. `never` and `always` hold for all its pairs.
-// `round_*` is the distance in blocks of two neighbours across the seam of a wrapped axis, or 1 if
-// the axis is open.
+// The data of a list that are_close() needs. `never` and `always` decide for all its pairs.
+// `round_*` is the distance, in blocks, of two neighbours across the seam of a wrapped axis. It is
+// 1 if the axis is open.
 struct Closeness {
   bool never, always;
   int round_u, round_v;
@@ -145,8 +148,8 @@ WEFT_INLINE Closeness closeness_of(const DescentQuery& query, const PairList& li
           patch.wrap_v != 0 ? (1 << list.a->log_v) - 1 : 1};
 }
 
-// Returns true if the blocks are neighbours or may share a particle. There are no branches, because
-// they would be mispredicted too often.
+// Returns true if two blocks are neighbours or may share a particle. The code has no branches,
+// because they would often be mispredicted.
 WEFT_INLINE bool are_close(const Closeness& where, Places pair) {
   const Place a = first_of(pair), b = second_of(pair);
   const int u = u_of(a) - u_of(b), v = v_of(a) - v_of(b);
@@ -156,7 +159,8 @@ WEFT_INLINE bool are_close(const Closeness& where, Places pair) {
   return (close & !where.never) | where.always;
 }
 
-// Tests the leaves of pairs of leaf blocks. A descent spends nearly all its time here.
+// Tests the leaves of each pair of leaf blocks, and stores the pairs with near leaves. Most of the
+// time of a descent is spent here.
 WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Workspace& work,
                              BlockSink& sink, DescentCounters& counters) {
   counters.bound_tests += 64 * list.count;
@@ -182,8 +186,8 @@ WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Wo
       sink.flush(sink);
       to = sink.blocks;
     }
-    // Every pair is stored, but the destination advances only if leaves are near. A branch would be
-    // mispredicted too often.
+    // Every pair is stored, but the destination advances only if leaves are near. A branch would
+    // often be mispredicted.
     to->a = node_of(level_a, a);
     to->b = node_of(level_b, b);
     to->leaves = near;
@@ -195,8 +199,8 @@ WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Wo
 // --- Expansion ---
 
 // Appends the pairs of children whose bits are set in `near` and returns the end of the list. Bit 4
-// i + j stands for child i of the first block and child j of the second. May write up to sixteen
-// pairs.
+// i + j stands for child i of the first block and child j of the second. `pair` holds the two
+// children with number 0. May write up to sixteen pairs.
 WEFT_INLINE Places* append_children(Places pair, unsigned near, Places* to) {
 #if defined(__AVX512DQ__)
   const __m512i all = _mm512_set1_epi64(static_cast<long long>(pair));
@@ -223,7 +227,8 @@ WEFT_INLINE std::size_t block_at(const BoxLevel& level, Place place) {
   return (static_cast<std::size_t>(place >> 16) << level.log_u) + (place & 0xffff);
 }
 
-// Moves bit i, for child i of the first block, to bit 4 i, where append_children expects it.
+// Moves bit i, which stands for child i of the first block, to bit 4 i, as append_children()
+// expects.
 WEFT_INLINE unsigned as_children_of_first(unsigned near) {
   return (near | near << 3 | near << 6 | near << 9) & 0x1111U;
 }
@@ -271,8 +276,8 @@ WEFT_INLINE unsigned near_by_spheres(const DescentQuery& query, const PairList& 
       sphere_of(*query.b, nodes.b), group_of(*list.a, first_of(pair)), query.sphere_reach));
 }
 
-// Returns the pairs of children of two blocks whose bounds overlap, as bits for append_children. A
-// leaf block is its own only child.
+// Returns the bits, as for append_children(), of those pairs of children whose bounds overlap. A
+// leaf block counts as its own only child.
 WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Places pair) {
   if (query.bound == Bound::box) return near_by_boxes(query, list, pair);
   const unsigned near = near_by_spheres(query, list, pair);
@@ -280,12 +285,12 @@ WEFT_INLINE unsigned near_of(const DescentQuery& query, const PairList& list, Pl
   return near & near_by_boxes(query, list, pair);
 }
 
-// Appends the pairs of children of `pair` and returns the end of the list. May write up to sixteen
-// pairs.
+// Appends the pairs of children of `pair` whose bounds overlap, and returns the end of the list.
+// May write up to sixteen pairs.
 WEFT_INLINE Places* append_following(const DescentQuery& query, const PairList& list, Places pair,
                                      Places* to) {
-  // A block paired with itself counts each pair of children once. An absent child overlaps nothing,
-  // not even itself.
+  // If a block is paired with itself, each pair of its children counts once. An absent child
+  // overlaps nothing, not even itself.
   const unsigned once = is_itself(query, list, pair) ? 0x8cefU : 0xffffU;
   return append_children(pair + (pair & list.split), near_of(query, list, pair) & once, to);
 }
@@ -308,15 +313,15 @@ int expand_pair(const DescentQuery& query, const NodePair& pair, NodePair* next,
 }
 
 // Removes the pairs that the certificate proves not to touch, and returns the end of the list. A
-// single test has a long latency, but many tests in a row, without branches between them, take
-// little longer.
+// single test has a long latency. Many tests in a row, without branches between them, take little
+// longer.
 WEFT_INLINE Places* without_certified(const DescentQuery& query, const PairList& list, bool itself,
                                       Places* pairs, const Places* end, DescentCounters& counters) {
   unsigned left = 0;
   for (int i = 0; i < end - pairs; ++i) {
     const NodePair pair = nodes_of(list, pairs[i]);
-    // The window of two diagonal children is their parent, for which the certificate has already
-    // failed.
+    // The certificate of two diagonal children tests the rectangle of their parent, for which it
+    // has already failed.
     const bool is_parent = itself && pair.a.u != pair.b.u && pair.a.v != pair.b.v;
     if (is_parent || !cannot_touch(query, pair, counters)) left |= 1U << i;
   }
@@ -327,7 +332,7 @@ WEFT_INLINE Places* without_certified(const DescentQuery& query, const PairList&
 
 // --- The descent ---
 
-// Takes up to `batch` pairs from the end of a list and appends the pairs of their children to the
+// Removes up to `batch` pairs from the end of a list and appends the pairs of their children to the
 // next list.
 WEFT_INLINE void expand_list(const DescentQuery& query, PairList& list, PairList& next,
                              DescentCounters& counters) {

@@ -1,6 +1,6 @@
 // Vectors of eight floats, and boxes and spheres in their lanes. For kernel files only. Every
-// function is forced inline into the namespace of the kernels that include it, so that no two
-// instruction sets share one (see bsi/detail/instruction_set.h).
+// function is forced inline into the namespace of its kernels. No two instruction sets then share a
+// function (see bsi/detail/instruction_set.h).
 #pragma once
 
 #if defined(__AVX__)
@@ -46,12 +46,12 @@ WEFT_INLINE Quad larger(Quad a, Quad b) {
 #endif
 }
 
-// Eight boxes, one per lane: a vector per bound and axis.
+// Eight boxes, one per lane, with a vector for each bound and axis.
 struct LaneBoxes {
   Lanes low[3], high[3];
 };
 
-// Returns a mask: bit i is set if the closed boxes in lane i of `a` and `b` overlap.
+// Returns a mask. Bit i is set if the closed boxes in lane i of `a` and of `b` overlap.
 WEFT_INLINE unsigned overlap(const LaneBoxes& a, const LaneBoxes& b) {
 #if defined(__AVX512VL__)
   __mmask8 mask = _mm256_cmp_ps_mask(a.low[0], b.high[0], _CMP_LE_OQ);
@@ -73,13 +73,13 @@ WEFT_INLINE unsigned overlap(const LaneBoxes& a, const LaneBoxes& b) {
 #endif
 }
 
-// Eight spheres, one per lane: a vector per component.
+// Eight spheres, one per lane, with a vector for each component.
 struct LaneSpheres {
   Lanes centre[3], radius;
 };
 
-// Returns a mask: bit i is set if the spheres in lane i of `a` and `b` touch. It is never set where
-// a centre is NaN.
+// Returns a mask. Bit i is set if the spheres in lane i of `a` and of `b` touch. It is clear if a
+// centre is NaN.
 WEFT_INLINE unsigned touch(const LaneSpheres& a, const LaneSpheres& b) {
   const Lanes x = a.centre[0] - b.centre[0], y = a.centre[1] - b.centre[1],
               z = a.centre[2] - b.centre[2];

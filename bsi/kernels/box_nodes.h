@@ -34,20 +34,20 @@ WEFT_INLINE int child_number(const BoxLevel& above, BoxNode node) {
   return 2 * (above.split_v * (node.v & 1)) + above.split_u * (node.u & 1);
 }
 
-// Returns the four numbers in lanes 0 to 3 and again in lanes 4 to 7.
+// Returns the numbers in `four`, in lanes 0 to 3 and again in lanes 4 to 7.
 WEFT_INLINE Lanes in_both_halves(Quad four) {
   return __builtin_shufflevector(four, four, 0, 1, 2, 3, 0, 1, 2, 3);
 }
 
-// Returns lane `first` of `lanes` in lanes 0 to 3, and the next lane in lanes 4 to 7.
+// Returns lane `first` of `lanes` in lanes 0 to 3, and lane `first` + 1 in lanes 4 to 7.
 template <int first>
 WEFT_INLINE Lanes each_four_times(Lanes lanes) {
   constexpr int f = first;
   return __builtin_shufflevector(lanes, lanes, f, f, f, f, f + 1, f + 1, f + 1, f + 1);
 }
 
-// Returns low - h and high + h of four boxes, in lanes 0 to 3 and again in lanes 4 to 7; h is
-// `half_margin`.
+// Returns the four boxes of a group, widened by `half_margin`, in lanes 0 to 3 and again in lanes 4
+// to 7.
 WEFT_INLINE LaneBoxes both_halves(const BoxGroup& group, float half_margin) {
   LaneBoxes boxes;
   for (int axis = 0; axis < 3; ++axis) {
@@ -57,7 +57,7 @@ WEFT_INLINE LaneBoxes both_halves(const BoxGroup& group, float half_margin) {
   return boxes;
 }
 
-// Returns box `first` in lanes 0 to 3, and the next box in lanes 4 to 7.
+// Returns box `first` of `boxes` in lanes 0 to 3, and box `first` + 1 in lanes 4 to 7.
 template <int first>
 WEFT_INLINE LaneBoxes each_four_times(const LaneBoxes& boxes) {
   LaneBoxes result;
@@ -68,8 +68,8 @@ WEFT_INLINE LaneBoxes each_four_times(const LaneBoxes& boxes) {
   return result;
 }
 
-// Returns a mask: bit 4 i + j is set if child i of `a` overlaps child j of `b`, each widened by
-// `half_margin`.
+// Returns a mask. Bit 4 i + j is set if child i of `a` overlaps child j of `b` when both boxes are
+// widened by `half_margin`.
 WEFT_INLINE unsigned overlap_of_children(const BoxGroup& a, const BoxGroup& b, float half_margin) {
 #if defined(__AVX512DQ__)
   const __m512i four_times = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
@@ -95,7 +95,8 @@ WEFT_INLINE unsigned overlap_of_children(const BoxGroup& a, const BoxGroup& b, f
 
 // --- Spheres ---
 
-// Returns four spheres, with radii increased by `reach`, in lanes 0 to 3 and again in lanes 4 to 7.
+// Returns the four spheres of a group, with radii increased by `reach`, in lanes 0 to 3 and again
+// in lanes 4 to 7.
 WEFT_INLINE LaneSpheres both_halves(const SphereGroup& group, float reach) {
   LaneSpheres spheres;
   for (int axis = 0; axis < 3; ++axis) {
@@ -115,7 +116,8 @@ WEFT_INLINE LaneSpheres each_four_times(const LaneSpheres& spheres) {
   return result;
 }
 
-// Returns a mask: bit 4 i + j is set if child i of `a` comes within `reach` of child j of `b`.
+// Returns a mask. Bit 4 i + j is set if the spheres of child i of `a` and child j of `b` are within
+// `reach` (m) of each other.
 WEFT_INLINE unsigned touch_of_children(const SphereGroup& a, const SphereGroup& b, float reach) {
 #if defined(__AVX512DQ__)
   const __m512i four_times = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
@@ -163,7 +165,8 @@ WEFT_INLINE LaneSpheres sphere_of(const BoxTree& tree, BoxNode node) {
   return {{broadcast(sphere[0]), broadcast(sphere[1]), broadcast(sphere[2])}, broadcast(sphere[3])};
 }
 
-// Returns a mask: bit j is set if child j comes within `reach` of the sphere.
+// Returns a mask. Bit j is set if `sphere` and the sphere of child j are within `reach` (m) of each
+// other.
 WEFT_INLINE unsigned touch_of_sphere(const LaneSpheres& sphere, const SphereGroup& group,
                                      float reach) {
   return touch(sphere, both_halves(group, reach)) & 15U;

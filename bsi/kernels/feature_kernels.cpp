@@ -1,6 +1,6 @@
-// Vertex-triangle and edge-edge pairs, one per lane. As in narrow_phase_kernels.cpp, any separation
-// vector bounds the distance. Its length is an upper bound; the gap between the projections
-// (shadows) of both features on its line is a lower bound (docs/theory.md, "The narrow phase").
+// Distances of vertex-triangle and edge-edge pairs, one pair per lane. The length of any separation
+// vector is an upper bound of the distance. The gap between the projections (shadows) of both
+// features on the line of the vector is a lower bound (docs/theory.md, "The narrow phase").
 #include "bsi/kernels/feature_kernels.h"
 
 #include "bsi/kernels/nearest_lanes.h"
@@ -11,7 +11,8 @@ namespace {
 
 enum Kind { vertex_triangle, edge_edge };
 
-// The four points of each pair, relative to the first point.
+// The four points of each pair, relative to the first point, and the longest path length (m) of the
+// four.
 template <class V>
 struct Points {
   Lanes3<V> x[4];
@@ -69,8 +70,8 @@ WEFT_INLINE Nearest<Lanes<Float>> nearest_of(const Lanes3<Lanes<Float>> (&x)[4])
   }
 }
 
-// Returns the gap between the projections of the features on `direction`, times the length of
-// `direction`.
+// Returns the gap between the projections of both features on the line along `direction`, times the
+// length of `direction`.
 template <Kind kind, class V>
 WEFT_INLINE V shadow_gap(const Lanes3<V> (&x)[4], const Lanes3<V>& direction) {
   V place[4];
@@ -87,8 +88,8 @@ WEFT_INLINE V squared_size(const Lanes3<V> (&x)[4]) {
   return largest(dot(x[1], x[1]), dot(x[2], x[2]), dot(x[3], x[3]));
 }
 
-// Points of pairs, relative to the first point of each pair. The fourth number of a point is its
-// path length.
+// The points of pairs, relative to the first point of each pair. The fourth number of a point is
+// its path length, m.
 template <class Float>
 struct Staged {
   static constexpr int chunk = 64;
@@ -119,9 +120,8 @@ struct Staged {
   }
 };
 
-// Calls stage(first, count) for each chunk of pairs, then body(first, k, count) for each vector of
-// lanes in the chunk. `first` is the first pair of the chunk, first + k that of the vector, `count`
-// the number of pairs in the chunk or the vector.
+// Calls stage(first, count) for each chunk: `count` pairs, beginning with pair `first`. Then calls
+// body(first, k, count) for each vector of the chunk: `count` pairs, beginning with pair first + k.
 template <class Float, class Stage, class Body>
 WEFT_INLINE void for_lanes(int pairs, const Stage& stage, const Body& body) {
   constexpr int chunk = Staged<Float>::chunk, lanes = lane_count<Float>;
@@ -169,8 +169,8 @@ void measure(const FeatureBatch& batch, double* squared_distance, bool* certain,
       });
 }
 
-// Finds safe paths in the frame of the first point. On a fixed line, the gap between projections is
-// concave in time (a minimum of linear functions). The smaller of its values at both ends is
+// Works in the frame of each pair's first point. On a fixed line, the gap between projections is
+// concave in time, as a minimum of linear functions. The smaller of its values at both ends is
 // therefore a lower bound.
 template <Kind kind>
 void find_safe(const FeatureBatch& batch, const double* end, float separation, float end_separation,

@@ -4,25 +4,28 @@
 
 namespace weft::bsi {
 
-// Pairs of features, with four particles per pair. `positions` holds x, y, z of every particle, m.
+// Pairs of features, with four particles per pair.
 struct FeatureBatch {
-  const double* positions;
-  const double* paths;  // m, path length of every particle; null: all are 0
+  const double* positions;  // x, y, z of every particle, m
+  const double* paths;      // path length of every particle, m; null: all are 0
   const int (*particles)[4];
   int count;
 };
 
-// Every member has one function per kind: vertex-triangle, edge-edge.
+// The kernels for pairs of features. Each member has two functions, for vertex-triangle and for
+// edge-edge pairs.
 struct FeatureKernels {
-  // Finds, in float32, the pairs whose distance is certain to exceed `reach` plus twice the longest
-  // path of the four particles.
+  // Sets apart[k] to true if the distance of pair k certainly exceeds `reach` plus twice the
+  // longest path of its four particles. Computes in float32.
   void (*find_apart[2])(const FeatureBatch& batch, float reach, bool* apart);
-  // Computes, in float64, the squared distance (m^2) and twice the longest path (m). `certain` is
-  // true if the squared distance is proved accurate within 1e-12 of itself.
+  // Computes, in float64, the squared distance (m^2) of each pair and twice the longest path (m) of
+  // its particles. certain[k] is true if squared distance k is proved accurate within 1e-12 of
+  // itself.
   void (*measure[2])(const FeatureBatch& batch, double* squared_distance, bool* certain,
                      double* path);
-  // Finds, in float32, the pairs that are certainly safe on straight paths to the positions `end`.
-  // Their distance stays above `separation`, and ends above `end_separation` (>= `separation`).
+  // Sets safe[k] to true if pair k is certainly safe on straight paths to the positions `end`. Its
+  // distance then stays above `separation`, and ends above `end_separation` (m, >= `separation`).
+  // Computes in float32.
   void (*find_safe[2])(const FeatureBatch& batch, const double* end, float separation,
                        float end_separation, bool* safe);
 };

@@ -1,4 +1,4 @@
-// The tables of kernels for the instruction set in use.
+// Functions that return the tables of kernels for the instruction set in use.
 #include "bsi/detail/instruction_set.h"
 #include "bsi/kernels/block_judge_kernels.h"
 #include "bsi/kernels/box_build_kernels.h"
@@ -8,7 +8,7 @@
 #include "bsi/kernels/point_descent_kernels.h"
 #include "bsi/kernels/vertex_kernels.h"
 
-// Each table exists once per instruction set that this build contains.
+// Declares the tables of one instruction set.
 #define WEFT_DECLARE_KERNELS(set)                         \
   namespace weft::bsi::set {                              \
   extern const BlockJudgeKernels block_judge_kernels;     \

@@ -1,5 +1,6 @@
-// Vectors of floats or doubles as wide as the instruction set. For kernel files only: everything
-// here is compiled once per set, in a namespace of its own (see bsi/detail/instruction_set.h).
+// Vectors of floats or doubles as wide as the instruction set. For kernel files only: all of this
+// is compiled once per instruction set, each time in its own namespace (see
+// bsi/detail/instruction_set.h).
 //
 // Lanes<F> is a GCC vector type: + - * / act on every lane, and `a < b ? c : d` chooses lane by
 // lane.
@@ -35,7 +36,7 @@ struct RoundingOf;
 template <>
 struct RoundingOf<float> {
   static constexpr float unit = 0x1p-24F;
-  static constexpr float smallest_square = 1e-36F;  // above any square that underflow can lose
+  static constexpr float smallest_square = 1e-36F;  // above any sum of squares lost by underflow
 };
 template <>
 struct RoundingOf<double> {
@@ -43,9 +44,9 @@ struct RoundingOf<double> {
   static constexpr double smallest_square = 1e-300;
 };
 
-// smaller() returns `a < b ? a : b` and larger() returns `a > b ? a : b`, lane by lane. If either
-// is NaN, the result is b. They use intrinsics, because g++ 12 does not find the instruction for
-// every such choice.
+// smaller() returns `a < b ? a : b` and larger() returns `a > b ? a : b`, lane by lane. If a or b
+// is NaN, the result is b. Both use intrinsics, because g++ 12 often misses the instruction for
+// such a choice.
 #if defined(__SSE2__)
 #if defined(__AVX512F__)
 #define WEFT_VECTOR(operation) _mm512_##operation
@@ -84,13 +85,13 @@ WEFT_INLINE V square_root(V a) {
   return a;
 }
 #endif
-// Clamps every lane to [0, 1]; NaN becomes 0.
+// Returns every lane clamped to [0, 1]. A NaN becomes 0.
 template <class V>
 WEFT_INLINE V clamped_to_unit(V a) {
   return smaller(larger(a, V{}), V{} + 1);
 }
 
-// A point or vector in space per lane.
+// Points or vectors in space, one per lane.
 template <class V>
 struct Lanes3 {
   V x, y, z;
@@ -134,15 +135,15 @@ struct LaneIndicesUpTo<8> : LaneIndices<0, 1, 2, 3, 4, 5, 6, 7> {};
 template <>
 struct LaneIndicesUpTo<16> : LaneIndices<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15> {};
 
-// Returns every second lane of a followed by b: lanes 0, 2, 4... or, with first = 1, lanes 1, 3,
-// 5...
+// Returns every second lane of the sequence a, b: lanes 0, 2, 4... if first = 0, or lanes 1, 3,
+// 5... if first = 1.
 template <int first, class V, int... index>
 WEFT_INLINE V every_second(V a, V b, LaneIndices<index...>) {
   return __builtin_shufflevector(a, b, (2 * index + first)...);
 }
 
-// Loads one point per lane from points stored as four numbers each. The fourth numbers are stored
-// in `fourth` unless it is null.
+// Loads one point per lane from points that are stored as four numbers each. Unless `fourth` is
+// null, it receives the fourth numbers.
 template <class Float>
 WEFT_INLINE Lanes3<Lanes<Float>> load_points(const Float (*from)[4],
                                              Lanes<Float>* fourth = nullptr) {
@@ -158,7 +159,7 @@ WEFT_INLINE Lanes3<Lanes<Float>> load_points(const Float (*from)[4],
           every_second<1>(xz0, xz1, all)};
 }
 
-// Stores point - origin, subtracted in float64. The fourth number is 0.
+// Stores point - origin, subtracted in float64, as four numbers. The fourth is 0.
 template <class Float>
 WEFT_INLINE void store_point(const double* point, const double* origin, Float (&to)[4]) {
   typedef double Double4 __attribute__((vector_size(32)));

@@ -7,9 +7,9 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// Bounds the four quads of a leaf block along one axis, at one end of the path. Index 0 of the
-// results is for their first triangles (or whole quads, unless `triangles`), index 1 for their
-// second. With `join` the bounds include the previous results.
+// Bounds the four quads of a leaf block along one axis, at one end of the path. low[0] and high[0]
+// bound their first triangles (or whole quads, unless `triangles`), low[1] and high[1] their second
+// triangles. With `join` the bounds include the previous ones.
 WEFT_INLINE void bound_corners(const VertexImage& image, int axis, const LeafQuads& quads,
                                bool triangles, bool join, Quad low[2], Quad high[2]) {
   const float* first = image.component[axis] + quads.row * image.stride + quads.col;
@@ -34,7 +34,7 @@ WEFT_INLINE void bound_corners(const VertexImage& image, int axis, const LeafQua
   high[1] = join ? larger(high[1], second_high) : second_high;
 }
 
-// Sets the lanes without a leaf to boxes that overlap nothing.
+// Sets the boxes of lanes without a leaf to boxes that overlap nothing.
 static void blank_absent_leaves(LaneBoxes& boxes, const LeafQuads& quads, bool triangles) {
   for (int lane = 0; lane < 8; ++lane) {
     const bool there =
@@ -53,7 +53,7 @@ static void make_leaves(const DescentQuery& query, const BoxTree& tree, BoxNode 
   const BoxPatch& patch = tree.patches[level_of(tree, node).patch];
   const LeafQuads quads = quads_of(tree, node);
   const VertexImage* images = patch.vertices;
-  LeafQuads there = quads;  // place of the quads in `images`
+  LeafQuads there = quads;  // position of the quads in `images`
   PlacedVertices placed[2];
   VertexImage placed_images[2];
   if (__builtin_expect(static_cast<long>(tree.placement != nullptr), 0) != 0) {
@@ -79,8 +79,8 @@ static void make_leaves(const DescentQuery& query, const BoxTree& tree, BoxNode 
     blank_absent_leaves(boxes, quads, query.triangles);
 }
 
-// Pairs of lanes of two leaf blocks: bit 8 i + j stands for lane i of the first and lane j of the
-// second.
+// A set of pairs of lanes of two leaf blocks. Bit 8 i + j stands for lane i of the first block and
+// lane j of the second block.
 typedef std::uint64_t LanePairs;
 
 // Returns the pairs of lanes whose boxes overlap.
@@ -94,7 +94,7 @@ WEFT_INLINE LanePairs overlap_of_leaves(const LaneBoxes& a, const LaneBoxes& b) 
     low_b[axis] = _mm512_broadcast_f32x8(b.low[axis]);
     high_b[axis] = _mm512_broadcast_f32x8(b.high[axis]);
   }
-  // Two lanes of the first are compared with all lanes of the second at a time.
+  // Two lanes of `a` at a time are compared with all lanes of `b`.
   __m512i lanes = _mm512_setr_epi32(0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1);
   for (int i = 0; i < 8; i += 2) {
     __mmask16 mask = 0xffff;
@@ -108,8 +108,8 @@ WEFT_INLINE LanePairs overlap_of_leaves(const LaneBoxes& a, const LaneBoxes& b) 
     lanes = _mm512_add_epi32(lanes, _mm512_set1_epi32(2));
   }
 #elif defined(__AVX__)
-  // Every lane of the first is compared with all lanes of the second. A test that skips lanes far
-  // from the whole second block would cost more than it saves.
+  // Every lane of `a` is compared with all lanes of `b`. A test that skips lanes far from the whole
+  // block `b` would cost more than it saves.
   const auto all_of = [](const float& value) { return _mm256_broadcast_ss(&value); };
 #pragma GCC unroll 8
   for (int i = 0; i < 8; ++i) {
@@ -125,7 +125,7 @@ WEFT_INLINE LanePairs overlap_of_leaves(const LaneBoxes& a, const LaneBoxes& b) 
     near |= static_cast<LanePairs>(_mm256_movemask_ps(all)) << (8 * i);
   }
 #else
-  // Lanes of the first that do not overlap the second block as a whole are skipped.
+  // Lanes of `a` that do not overlap the whole block `b` are skipped.
   float whole_low[3], whole_high[3];
   for (int axis = 0; axis < 3; ++axis) {
     whole_low[axis] = b.low[axis][0];

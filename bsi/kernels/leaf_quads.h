@@ -5,7 +5,7 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// The quads of a leaf block: first row and column, numbers of rows and columns.
+// The quads of a leaf block: first row, first column, number of rows, number of columns.
 struct LeafQuads {
   int row, col, rows, cols;
 };
@@ -25,7 +25,7 @@ static inline LeafQuads quads_of(const BoxTree& tree, BoxNode node) {
   return quads;
 }
 
-// Writes the numbers of a block's leaves to the eight lanes of `number`.
+// Writes the numbers of a block's leaves to number[0 .. 7], in the order of lanes.
 static inline void number_leaves(const BoxTree& tree, BoxNode node, bool triangles, int number[8]) {
   const BoxPatch& patch = tree.patches[tree.levels[node.level].patch];
   const LeafQuads quads = quads_of(tree, node);

@@ -1,4 +1,4 @@
-// Judges the triangle pairs of a list, one pair per lane: see triangle_lanes.h.
+// Judges and measures the triangle pairs of a list, one pair per lane (see triangle_lanes.h).
 #include "bsi/kernels/narrow_phase_kernels.h"
 
 #include "bsi/kernels/triangle_lanes.h"
@@ -7,10 +7,10 @@ namespace weft::bsi::WEFT_KERNELS {
 
 namespace {
 
-constexpr int chunk = 64;  // pairs; a multiple of all lane counts
+constexpr int chunk = 64;  // pairs per chunk, a multiple of all lane counts
 
-// Corners of pairs, relative to the first corner of each pair: two of the first triangle, then
-// three of the second.
+// The corners of pairs of triangles, relative to corner 0 of the first triangle: the other two of
+// the first triangle, then three of the second.
 template <class Float, int capacity = chunk>
 struct Staged {
   alignas(64) Float corner[5][capacity][4];
@@ -59,14 +59,15 @@ WEFT_INLINE Frame<Lanes<Float>> load_frame(const Staged<Float, capacity>& staged
   return frame_of<Float>(a, b);
 }
 
-constexpr double volume_rounding = 2048;  // in units of u size^3, for the volumes of piercing()
+// Upper bound of the rounding of the volumes of piercing(), in units of u size^3.
+constexpr double volume_rounding = 2048;
 
 WEFT_INLINE Verdict to_verdict(float number) {
   return static_cast<Verdict>(static_cast<unsigned char>(number));
 }
 
-// Decides most pairs by the cheap tests of sifted(). Undecided pairs are gathered, so that their
-// distances are computed with full vectors.
+// Decides most pairs by the cheap tests of sifted(). The undecided pairs are packed into full
+// vectors, and their distances are computed.
 void judge(const TrianglePairs& pairs, float margin_low, float margin_high, Verdict* verdict) {
   constexpr int lanes = lane_count<float>;
   Staged<float> staged;

@@ -1,4 +1,5 @@
-// Functions that all kernels of distances share. For kernel files only, like lanes.h.
+// Shortest separation vectors and bounds of rounding, for kernels that compute distances. For
+// kernel files only, like lanes.h.
 #pragma once
 
 #include "bsi/kernels/lanes.h"
@@ -14,7 +15,8 @@ WEFT_INLINE V largest(V a, V b, V c) {
   return larger(larger(a, b), c);
 }
 
-// The shortest vector found so far from a point of the second feature to one of the first.
+// The shortest vector found so far from a point of the second feature to a point of the first, and
+// its squared length.
 template <class V>
 struct Nearest {
   V squared;
@@ -29,24 +31,25 @@ struct Nearest {
   }
 };
 
-// Bounds of rounding (docs/theory.md, "The narrow phase"). `length` is for a separation vector and
-// `shadow` for the gap between projections, both relative to the size of the pair. `relative` is a
-// factor for products and squares.
+// Bounds of rounding (docs/theory.md, "The narrow phase"). `length` bounds the error of a
+// separation vector, `shadow` that of the gap between projections, both relative to the size of the
+// pair. `relative` is a factor that covers the rounding of products and squares.
 template <class Float>
 struct Bounds {
   static constexpr Float u = RoundingOf<Float>::unit;
   static constexpr Float length = 24 * u, shadow = 12 * u, relative = 1 + 16 * u;
 };
 
-// Returns the size of a pair from its square. It is infinite if products of coordinates might
-// overflow; all verdicts then stay undecided.
+// Returns the size of a pair, given the square of the size. The result is infinite if products of
+// coordinates might overflow; the pair then stays undecided.
 template <class Float>
 WEFT_INLINE Lanes<Float> safe_size(Lanes<Float> squared) {
   return square_root(16 * squared + RoundingOf<Float>::smallest_square) * Float{0.25};
 }
 
-// Returns true if the distance certainly exceeds `reach`. `gap` is the gap between the projections
-// on a vector, times the length of the vector. `squared` is the square of that length.
+// Returns true in lanes where the distance certainly exceeds `reach`. `gap` is the gap between the
+// projections on a vector, times the length of the vector. `squared` is the square of that length,
+// and `size` is the size of the pair.
 template <class Float>
 WEFT_INLINE auto is_apart(Lanes<Float> gap, Lanes<Float> squared, Lanes<Float> reach,
                           Lanes<Float> size) {

@@ -1,8 +1,8 @@
-// Blocks of a tree in the frame of a rigid body, placed in space as a descent visits them. For
-// kernel files only, like box_lanes.h.
+// Boxes, spheres and vertices of a tree in the frame of a rigid body, placed in space when a
+// descent visits them. For kernel files only, like box_lanes.h.
 //
 // The functions that place blocks are not inlined. Descents of trees built in space then pay only
-// one test per pair.
+// for one test per pair.
 #pragma once
 
 #include "bsi/detail/box_layout.h"
@@ -11,9 +11,10 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// Bounds four boxes of the frame in space. Centres are rotated by R. Half extents are multiplied by
-// |R|, because a corner may rotate in any direction. The boxes of both ends are joined, and the
-// rounding of the placement is added. An absent child keeps low > high.
+// Computes boxes in space that contain four boxes of the frame. Centres are rotated by R. Half
+// extents are multiplied by |R|, because a corner may rotate in any direction. The boxes of both
+// ends of the path are joined, and the rounding of the placement is added. An absent child keeps
+// low > high.
 [[gnu::noinline]] static void place_boxes(const BoxTree& tree, const BoxGroup& own,
                                           BoxGroup& placed) {
   const BoxPlacement& placement = *tree.placement;
@@ -43,8 +44,8 @@ namespace weft::bsi::WEFT_KERNELS {
   }
 }
 
-// Places four spheres at the end of the path. DescentQuery::sphere_reach allows for leaf boxes that
-// extend beyond them.
+// Places four spheres at the end of the path. Leaf boxes may extend beyond the placed spheres;
+// DescentQuery::sphere_reach allows for that.
 [[gnu::noinline]] static void place_spheres(const BoxTree& tree, const SphereGroup& own,
                                             SphereGroup& placed) {
   const BoxPlacement& placement = *tree.placement;
@@ -57,12 +58,13 @@ namespace weft::bsi::WEFT_KERNELS {
   *reinterpret_cast<UnalignedQuad*>(placed.radius) = load_quad(own.radius);
 }
 
-// The vertices of a leaf block in space, by component. Vertex (r, c) is at index 4 r + c.
+// The vertices of a leaf block in space, by component, m. Vertex (r, c) is at index 4 r + c.
 struct PlacedVertices {
   float component[3][16];
 };
 
-// Places the vertices in float64 and rounds them to float32, as a rebuild does.
+// Places the vertices of a leaf block in float64 and rounds them to float32, as Pyramid::rebuild()
+// does.
 [[gnu::noinline]] static void place_vertices(const BoxTree& tree, const BoxPatch& patch,
                                              const LeafQuads& quads, int end,
                                              PlacedVertices& vertices) {
@@ -85,8 +87,8 @@ struct PlacedVertices {
   }
 }
 
-// Returns the group itself if the tree was built in space. Otherwise places the group in `room` and
-// returns `room`.
+// Returns `group` if the tree was built in space. Otherwise places the group in `room` and returns
+// `room`.
 WEFT_INLINE const BoxGroup& in_space(const BoxTree& tree, const BoxGroup& group, BoxGroup& room) {
   if (__builtin_expect(static_cast<long>(tree.placement == nullptr), 1) != 0) return group;
   place_boxes(tree, group, room);

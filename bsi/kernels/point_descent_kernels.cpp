@@ -11,11 +11,11 @@ namespace weft::bsi::WEFT_KERNELS {
 namespace {
 
 // Lists of points in the workspace: coordinates by component, and indices. Points are copied from
-// level to level, so that the points of every list are contiguous.
+// level to level, so that each list is contiguous.
 struct PointLists {
   float* value[3];
   std::int32_t* number;
-  float* half;  // half margin of every point, by its index
+  float* half;  // half margin of every point, by index, m
 };
 
 WEFT_INLINE PointLists lists_in(void* workspace) {
@@ -28,7 +28,7 @@ WEFT_INLINE PointLists lists_in(void* workspace) {
 
 // --- Loading ---
 
-// Vectors of half as many lanes: width / 2 doubles or floats.
+// Vectors with half as many lanes as Wide: width / 2 doubles, floats or integers.
 typedef double Doubles __attribute__((vector_size(4 * width)));
 typedef double UnalignedDoubles __attribute__((vector_size(4 * width), aligned(8), may_alias));
 typedef float Half __attribute__((vector_size(2 * width)));
@@ -46,12 +46,12 @@ WEFT_INLINE Wide joined(Half first, Half second) {
 // negative.
 WEFT_INLINE Half rounded_up(Doubles values) {
   const Half nearest = __builtin_convertvector(values, Half);
-  const auto less = __builtin_convertvector(nearest, Doubles) < values;  // -1 if rounded down
+  const auto less = __builtin_convertvector(nearest, Doubles) < values;  // -1 in lanes rounded down
   return reinterpret_cast<Half>(reinterpret_cast<HalfBits>(nearest) -
                                 __builtin_convertvector(less, HalfBits));
 }
 
-// Rounds `width` coordinates to the nearest float32 numbers, and their magnitudes up.
+// Rounds `width` coordinates to the nearest float32 numbers, and their magnitudes upwards.
 WEFT_INLINE void round_components(const double* from, Wide& nearest, Wide& up) {
   const Doubles first = *reinterpret_cast<const UnalignedDoubles*>(from);
   const Doubles second = *reinterpret_cast<const UnalignedDoubles*>(from + width / 2);
@@ -59,7 +59,7 @@ WEFT_INLINE void round_components(const double* from, Wide& nearest, Wide& up) {
   up = joined(rounded_up(first < 0 ? -first : first), rounded_up(second < 0 ? -second : second));
 }
 
-// Returns half_margin() of each point from its largest |coordinate|.
+// Returns half_margin() of each point, given its largest |coordinate|.
 WEFT_INLINE Wide half_margins(double reach, float magnitude, const float (&largest)[width]) {
   const auto half_of = [&](const float* from) {
     typedef float UnalignedHalf __attribute__((vector_size(2 * width), aligned(4), may_alias));
@@ -102,14 +102,14 @@ float load_points(const double* positions, int count, double reach, float magnit
 
 // --- The descent ---
 
-// The points near a block: `count` entries of PointLists from `first` on.
+// The points near a block: `count` consecutive entries of PointLists, beginning with entry `first`.
 struct PointList {
   BoxNode node;
   std::int32_t first, count;
 };
 
-// Copies entry from + i for every set bit i of the mask to consecutive places from `to` on. Returns
-// the number of copies. May write a whole vector.
+// Copies entry from + i for every set bit i of the mask to consecutive entries, beginning with
+// entry `to`. Returns the number of copies. May write a whole vector.
 WEFT_INLINE int copy_marked(const PointLists& lists, int from, unsigned mask, int to) {
 #if defined(__AVX512F__)
   const auto marked = static_cast<__mmask16>(mask);
@@ -130,7 +130,7 @@ WEFT_INLINE int copy_marked(const PointLists& lists, int from, unsigned mask, in
 #endif
 }
 
-// Returns a mask: bit i is set if point i lies in box `lane`.
+// Returns a mask. Bit i is set if point i lies in box `lane` of `boxes`.
 WEFT_INLINE unsigned points_in(const LaneBoxes& boxes, int lane, const Wide (&point)[3]) {
 #if defined(__AVX512F__)
   __mmask16 mask = 0xffff;
@@ -152,8 +152,8 @@ WEFT_INLINE unsigned points_in(const LaneBoxes& boxes, int lane, const Wide (&po
 #endif
 }
 
-// Returns a mask: bit i is set if point i lies in sphere `lane`, with the same allowance for
-// rounding as in touch().
+// Returns a mask. Bit i is set if point i lies in sphere `lane` of `spheres`, with the same
+// allowance for rounding as in touch().
 WEFT_INLINE unsigned points_in(const LaneSpheres& spheres, int lane, const Wide (&point)[3]) {
   const Wide x = point[0] - spheres.centre[0][lane], y = point[1] - spheres.centre[1][lane],
              z = point[2] - spheres.centre[2][lane];
@@ -169,14 +169,14 @@ WEFT_INLINE unsigned points_in(const LaneSpheres& spheres, int lane, const Wide 
 }
 
 // The point lists of the four children of a block, stored one after another behind the block's own
-// list. Each list has room for one more vector.
+// list. Each has a capacity of `room` points, one vector more than the block's points.
 struct ChildLists {
   std::int32_t first, room, counts[4];
   int end(int child) const { return first + child * room + counts[child]; }
 };
 
-// The bounds of the four children of a block that the query compares, widened by the reach of the
-// points.
+// The bounds of a block's four children, widened by the reach of the points. `bound` selects which
+// of them are compared.
 struct ChildBounds {
   Bound bound;
   LaneBoxes boxes;
@@ -199,7 +199,8 @@ WEFT_INLINE unsigned points_near(const ChildBounds& bounds, int child, const Wid
   return near & points_in(bounds.boxes, child, point);
 }
 
-// Distributes many points to the children: compares a vector of points with one child at a time.
+// Distributes the points to the children by comparing a vector of points with one child at a time.
+// This is faster if there are many points.
 WEFT_INLINE void share_vectors(const ChildBounds& bounds, const PointLists& lists,
                                const PointList& list, ChildLists& children) {
   for (int i = 0; i < list.count; i += width) {
@@ -225,7 +226,8 @@ WEFT_INLINE unsigned children_near(const ChildBounds& bounds, const float (&poin
   return near;
 }
 
-// Distributes few points to the children: compares one point with all children at a time.
+// Distributes the points to the children by comparing one point with all children at a time. This
+// is faster if there are few points.
 WEFT_INLINE void share_one_by_one(const ChildBounds& bounds, const PointLists& lists,
                                   const PointList& list, ChildLists& children) {
   for (int i = list.first; i < list.first + list.count; ++i) {
@@ -240,7 +242,7 @@ WEFT_INLINE void share_one_by_one(const ChildBounds& bounds, const PointLists& l
 }
 
 // Distributes the points of `list` to the children whose bounds contain them. Stores the nonempty
-// lists of children in `next` and returns their number.
+// lists in `next` and returns their number.
 int share_points(const ChildBounds& bounds, const BoxLevel& level, const PointLists& lists,
                  const PointList& list, PointList* next) {
   ChildLists children{list.first + list.count + width, list.count + width, {}};
@@ -286,8 +288,8 @@ void descend_points(const DescentQuery& asked, int patch, int count, float large
   DescentQuery query = asked;
   const BoxTree& tree = *query.a;
   const PointLists lists = lists_in(workspace);
-  // Above the leaves, points are compared with boxes widened by the margins of both sides and by
-  // all rounding (docs/theory.md, "Points"). A superfluous box costs only time.
+  // Above the leaves, points are compared with boxes that are widened by the margins of both sides
+  // and by all rounding (docs/theory.md, "Points"). A box that is too large costs only time.
   const float reach = 2 * largest_half + 0x1p-21F * (tree.magnitude + 2 * largest_half);
   query.sphere_reach = root_of_three * reach;
   PointList stack[4 * 18];

@@ -1,18 +1,19 @@
-// Finds triangles of two leaf blocks with a common vertex. For kernel files only, like box_lanes.h.
+// Finds the triangles of two leaf blocks that have a common vertex. For kernel files only, like
+// box_lanes.h.
 #pragma once
 
 #include "bsi/kernels/leaf_blocks.h"
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// Table of lane pairs whose triangles share a vertex of the grid. shared[R + 2][C + 2] is for two
-// leaf blocks of which the second lies R rows and C columns of quads after the first.
+// A table of lane pairs whose triangles share a vertex of the grid. shared[R + 2][C + 2] is for two
+// leaf blocks, the second of which lies R rows and C columns of quads after the first.
 struct SharedVertices {
   LanePairs shared[5][5];
 };
 
 constexpr SharedVertices find_shared_vertices() {
-  // Row and column of the corners of the first and the second triangle of a quad.
+  // Row and column of each corner in a quad, for its first and its second triangle.
   constexpr int corner[2][3][2] = {{{0, 0}, {0, 1}, {1, 0}}, {{1, 1}, {0, 1}, {1, 0}}};
   SharedVertices table{};
   for (int pair = 0; pair < 25 * 64; ++pair) {
@@ -31,7 +32,7 @@ constexpr SharedVertices find_shared_vertices() {
 
 constexpr SharedVertices shared_vertices = find_shared_vertices();
 
-// A leaf block and its quads, for comparing the particles of leaves.
+// A leaf block and its quads.
 struct PlacedLeaves {
   BoxNode node;
   LeafQuads quads;
@@ -66,13 +67,15 @@ static bool share_particle(const BoxTree& tree, const PlacedLeaves& a, int lane_
   return false;
 }
 
-// Pairs of triangles of two leaf blocks that share a particle, as far as the table shows them.
+// The pairs of triangles of two leaf blocks that share a particle, as far as the table of shared
+// vertices tells.
 struct SharedParticles {
   LanePairs lanes;
-  bool look;  // the table does not suffice: particles must be compared
+  bool look;  // true: the table does not suffice, particles must be compared
 };
 
-// Returns the offset from a to b along an axis, the short way around if the axis is wrapped.
+// Returns the offset (quads) from a to b along an axis. On a wrapped axis it is the shorter of the
+// two ways around.
 WEFT_INLINE int offset(int a, int b, int quads, bool wraps) {
   const int direct = b - a;
   if (!wraps) return direct;
@@ -85,9 +88,9 @@ WEFT_INLINE SharedParticles shared_particles(const DescentQuery& query, const Pl
   if (!query.self || !query.triangles) return {0, false};
   const BoxTree& tree = *query.a;
   if (tree.texel_to_particle != nullptr) return {0, true};
-  if (a.node.level != b.node.level) return {0, false};  // different patches, not sewn
+  if (a.node.level != b.node.level) return {0, false};  // different patches that are not sewn
   const BoxPatch& patch = tree.patches[level_of(tree, a.node).patch];
-  // On a wrapped axis of fewer quads, two blocks may be neighbours on both sides.
+  // On a wrapped axis with fewer quads, two blocks may be neighbours on both sides.
   constexpr int short_ring = 8;
   if ((patch.wrap_u != 0 && patch.quad_cols < short_ring) ||
       (patch.wrap_v != 0 && patch.quad_rows < short_ring)) {

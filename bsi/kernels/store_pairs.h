@@ -6,8 +6,8 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// Writes the pairs (a, b[j]) for every set bit j of the mask, with the smaller number first if
-// `sorted`. Returns the number of pairs. May write up to eight.
+// Writes the pair (a, b[j]) for every set bit j of the mask, with the smaller number first if
+// `sorted`. Returns the number of pairs. May write eight pairs, however many bits are set.
 WEFT_INLINE int store_pairs(LeafPair* to, unsigned mask, int a, const int b[8], bool sorted) {
 #if defined(__AVX512VL__)
   const __m256i of_b = _mm256_load_si256(reinterpret_cast<const __m256i*>(b));

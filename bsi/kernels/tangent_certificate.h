@@ -1,5 +1,5 @@
-// The tangent certificate: a proof that a block cannot touch itself, or a neighbour. For kernel
-// files only, like box_lanes.h.
+// The tangent certificate: a proof that a block cannot touch itself, or that two neighbouring
+// blocks cannot touch. For kernel files only, like box_lanes.h.
 #pragma once
 
 #include "bsi/kernels/box_descent_kernels.h"
@@ -7,8 +7,8 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// One number per side for three sides of a hexagon; the other three are their opposites. The fourth
-// lane is unused.
+// One number for each of three sides of a hexagon; the other three sides are their opposites. The
+// fourth lane is unused.
 typedef double Sides __attribute__((vector_size(32)));
 struct Sides3 {
   Sides x, y, z;
@@ -36,10 +36,10 @@ WEFT_INLINE Sides square_root(Sides a) {
 #endif
 }
 
-// Returns true only if every side p q of the hexagon is proved to be farther than the margin from
-// the origin, along a direction nearly perpendicular to the side. The ends of a side may deviate
-// from p and q by `stray_*` along each axis. `size` bounds, by axis, the values from which p and q
-// are computed.
+// Returns true only if every side of the hexagon is proved to be farther than the margin from the
+// origin. Each side runs from p to q, and the proof uses a direction nearly perpendicular to it.
+// The ends of a side may deviate from p and q by `stray_*` along each axis. `size` bounds, by axis,
+// the values from which p and q are computed.
 WEFT_INLINE bool are_beyond(const Sides3& p, const Sides3& stray_p, const Sides3& q,
                             const Sides3& stray_q, const Sides3& size, double margin) {
   const Sides3 side = q - p;
@@ -54,26 +54,25 @@ WEFT_INLINE bool are_beyond(const Sides3& p, const Sides3& stray_p, const Sides3
   return (beyond[0] & beyond[1] & beyond[2]) != 0;
 }
 
-// The values of TangentBounds::bound as a vector.
+// A vector of the values of TangentBounds::bound.
 typedef float StepBounds __attribute__((vector_size(64), may_alias));
 
 // Returns true only if the points of a rectangle of quads are proved to stay farther apart than the
 // margin, except points on triangles with a common vertex. `bound` holds the bounds of the
-// rectangle's steps. In the proof (docs/theory.md, "The tangent certificate"), the hexagon of the
-// steps along u, v and the diagonal stays clear of the margin. Float64 is needed, because powers of
-// coordinates exceed the range of float32.
+// rectangle's steps. The proof (docs/theory.md, "The tangent certificate") tests the hexagon of the
+// steps along u, v and the diagonal. Float64 is needed, because powers of coordinates exceed the
+// range of float32.
 WEFT_INLINE bool certified(StepBounds bound, double margin) {
   typedef double Steps __attribute__((vector_size(64)));
   const Steps minus_low =
       __builtin_convertvector(__builtin_shufflevector(bound, bound, 0, 1, 2, 3, 4, 5, 6, 7), Steps);
   const Steps high = __builtin_convertvector(
       __builtin_shufflevector(bound, bound, 6, 7, 8, 9, 10, 11, 12, 13), Steps);
-  // The middle of the bounds of the steps along u (x, y, z) and then along v, and half their
-  // widths.
+  // Middles and half widths of the bounds of the steps: along u (x, y, z), then along v.
   alignas(64) double mean[8], stray[8];
   *reinterpret_cast<Steps*>(mean) = 0.5 * (high - minus_low);
   *reinterpret_cast<Steps*>(stray) = 0.5 * (high + minus_low);
-  // The sides run from u to v, from v to the diagonal v - u, and from the diagonal to -u.
+  // The three sides run from u to v, from v to the diagonal v - u, and from the diagonal to -u.
   constexpr Sides u_in_p = {1, 0, -1, 1}, v_in_p = {0, 1, 1, 0};
   constexpr Sides u_in_q = {0, -1, -1, 0}, v_in_q = {1, 1, 0, 1};
   Sides p[3], q[3], stray_p[3], stray_q[3], size[3];
@@ -91,8 +90,8 @@ WEFT_INLINE bool certified(StepBounds bound, double margin) {
                     {stray_q[0], stray_q[1], stray_q[2]}, {size[0], size[1], size[2]}, margin);
 }
 
-// Returns true if two blocks are at most one block apart along an axis of `blocks` blocks. `step`
-// is then the number of blocks from a to b, -1 .. 1.
+// Returns true if the positions a and b of two blocks differ by at most one along an axis of
+// `blocks` blocks. `step` is then the offset from a to b: -1, 0 or 1.
 WEFT_INLINE bool are_neighbours(int a, int b, int blocks, bool wraps, int& step) {
   step = b - a;
   if (wraps && step == blocks - 1) step = -1;
@@ -100,8 +99,8 @@ WEFT_INLINE bool are_neighbours(int a, int b, int blocks, bool wraps, int& step)
   return step >= -1 && step <= 1;
 }
 
-// Returns true if the certificate holds for a block paired with itself, or for the window of up to
-// 2 x 2 blocks that contains two neighbours.
+// Returns true if the certificate holds for a block paired with itself, or for the rectangle of two
+// or four blocks that contains two neighbours.
 WEFT_INLINE bool cannot_touch(const DescentQuery& query, const NodePair& pair,
                               DescentCounters& counters) {
   const BoxLevel& level = level_of(*query.a, pair.a);

@@ -1,7 +1,7 @@
-// Distances of triangles, one pair per lane. The verdicts rest on a proof in docs/theory.md ("The
-// narrow phase"): the length of any separation vector is an upper bound of the distance. The gap
-// between the projections (shadows) of both triangles on its line is a lower bound. For kernel
-// files only, like lanes.h.
+// Distances of triangles, one pair per lane. The length of any separation vector is an upper bound
+// of the distance. The gap between the projections (shadows) of both triangles on the line of the
+// vector is a lower bound. Verdicts are proved from both (docs/theory.md, "The narrow phase"). For
+// kernel files only, like lanes.h.
 #pragma once
 
 #include "bsi/kernels/nearest_lanes.h"
@@ -11,16 +11,16 @@ namespace weft::bsi::WEFT_KERNELS {
 template <class V>
 struct Triangle {
   Lanes3<V> corner[3];
-  Lanes3<V> edge[3];  // edge i runs from corner i to the next
+  Lanes3<V> edge[3];  // edge i runs from corner i to corner i + 1 (mod 3)
   V squared_length[3];
-  V inverse[3];  // reciprocal of squared_length
+  V inverse[3];  // reciprocals of squared_length
 };
 
 // Pairs of triangles, one per lane, relative to corner 0 of the first triangle.
 template <class V>
 struct Frame {
   Triangle<V> a, b;
-  V size;  // upper bound of the corners' distances from the origin
+  V size;  // upper bound of the corners' distances from the origin, m
 };
 
 template <class Float>
@@ -35,13 +35,14 @@ WEFT_INLINE void set_edges(Triangle<Lanes<Float>>& triangle) {
   }
 }
 
-// Offers the vector between the closest points of every pair of edges, in three steps. The first
-// point is that of a's line closest to b's line. The second is the point of b closest to the first,
-// and the third the point of a closest to the second. Each is clamped to its edge. The dot products
-// of two neighbouring pairs differ by a product of two edges.
+// Offers the vector between the closest points of every pair of edges. The first step finds the
+// point of a's edge closest to the line of b's edge, the second the point of b's edge closest to
+// the first point. The third step finds the point of a's edge closest to the second point. Each
+// point is clamped to its edge. The dot products of consecutive pairs of edges differ by a dot
+// product of two edges.
 template <class V>
 WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Nearest<V>& nearest) {
-  V along_b[3];  // b's edge j . (corner i of a - corner j of b)
+  V along_b[3];  // dot product of b's edge j and (a's corner i - b's corner j)
 #pragma GCC unroll 3
   for (int j = 0; j < 3; ++j) along_b[j] = dot(b.edge[j], a.corner[0] - b.corner[j]);
 #pragma GCC unroll 3
@@ -62,8 +63,8 @@ WEFT_INLINE void offer_edge_pairs(const Triangle<V>& a, const Triangle<V>& b, Ne
   }
 }
 
-// Offers the vectors from the corners of one triangle to their projections inside the other
-// triangle. Pairs of edges cover the border.
+// Offers the vectors between the corners of one triangle and their projections, if these lie inside
+// the other triangle. The border of the triangle is left to offer_edge_pairs().
 template <bool corners_of_a, class Float>
 WEFT_INLINE void offer_corners(const Triangle<Lanes<Float>>& corners,
                                const Triangle<Lanes<Float>>& triangle,
@@ -86,8 +87,8 @@ WEFT_INLINE void offer_corners(const Triangle<Lanes<Float>>& corners,
   }
 }
 
-// Returns the gap between the projections of the triangles on `direction`, times the length of
-// `direction`.
+// Returns the gap between the projections of both triangles on the line along `direction`, times
+// the length of `direction`.
 template <class V>
 WEFT_INLINE V shadow_gap(const Frame<V>& frame, const Lanes3<V>& direction) {
   const Lanes3<V>* a = frame.a.corner;
@@ -96,8 +97,9 @@ WEFT_INLINE V shadow_gap(const Frame<V>& frame, const Lanes3<V>& direction) {
          largest(dot(direction, b[0]), dot(direction, b[1]), dot(direction, b[2]));
 }
 
-// Returns a positive number if an edge of `a` passes through `b`: the smallest magnitude among the
-// volumes whose signs show this. Otherwise the result is not positive.
+// Returns a positive number if an edge of `a` passes through `b`, else a number that is not
+// positive. The signs of volumes decide. A positive result is the smallest magnitude among these
+// volumes.
 template <class V>
 WEFT_INLINE V piercing(const Triangle<V>& a, const Triangle<V>& b, const V (&volume)[3][3]) {
   const Lanes3<V> normal = cross(b.edge[0], b.edge[1]);
@@ -174,16 +176,17 @@ WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
   return nearest.squared * Bounds<Float>::relative + least <= reach * reach ? V{} + 1 : not_near;
 }
 
-// Decides most pairs of triangles without pairs of edges: only the corners are compared with the
-// other triangle. The distance is at most that of a corner from a point of the other triangle near
-// its projection. It is at least the distance of the corners from the triangle's plane, or from a
-// plane through an edge beyond which all three corners lie.
+// Decides most pairs of triangles without comparing edges with edges. The distance is at most that
+// of a corner from a point of the other triangle near the corner's projection. If all three corners
+// lie on one side of the other triangle's plane, the distance is at least their smallest distance
+// from that plane. The same holds for a plane through an edge beyond which all three corners lie.
 struct Sieve {
   using V = Lanes<float>;
-  V squared;  // smallest upper bound found so far
-  V beyond;   // positive where a plane proves the triangles apart
+  V squared;  // smallest upper bound of the squared distance so far
+  V beyond;   // positive if a plane proves the triangles apart
 
-  // `squared_margin` is slightly above the square of the margin.
+  // Compares the corners of one triangle with the other triangle. `squared_margin` is slightly
+  // above the square of the margin.
   WEFT_INLINE void sift(const Lanes3<V>* corner, const Lanes3<V>* triangle, V squared_size,
                         float squared_margin) {
     const Lanes3<V> edge1 = triangle[1] - triangle[0], edge2 = triangle[2] - triangle[0];

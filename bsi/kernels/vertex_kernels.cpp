@@ -1,4 +1,4 @@
-// Loops that read the vertices of pyramids. Compiled once per instruction set: see
+// Loops that load the vertices of pyramids. Compiled once per instruction set: see
 // bsi/detail/instruction_set.h for the restrictions.
 #include "bsi/kernels/vertex_kernels.h"
 
@@ -8,7 +8,7 @@ namespace weft::bsi::WEFT_KERNELS {
 
 namespace {
 
-// Checks that the magnitudes of numbers stay below a limit. NaN fails the check.
+// Checks whether the magnitudes of all added numbers stay below a limit. A NaN fails the check.
 struct LimitCheck {
   WideBits largest{};
   void add(Wide value) {

@@ -1,4 +1,4 @@
-// Kernels that read the vertices of pyramids, one table per instruction set. An internal header of
+// Kernels that load the vertices of pyramids, one table per instruction set. An internal header of
 // bsi/; it must stay free of inline functions (see bsi/detail/instruction_set.h).
 #pragma once
 
@@ -7,8 +7,9 @@
 namespace weft::bsi {
 
 struct VertexKernels {
-  // Rounds `count` positions (x, y, z each; those in `particle` unless it is null) to float32.
-  // Returns false if a coordinate is NaN or its magnitude reaches `limit`.
+  // Rounds `count` positions (x, y, z each) to float32 and stores them by component. Position i is
+  // that of particle[i], or of particle i if `particle` is null. Returns false if a coordinate is
+  // NaN or its magnitude reaches `limit`.
   bool (*load)(const double* positions, const std::int32_t* particle, int count, float limit,
                float* const component[3]);
 };

@@ -1,4 +1,4 @@
-// Vectors of floats as wide as the instruction set, for kernel files only (see lanes.h).
+// Vectors of floats as wide as the instruction set. For kernel files only, like box_lanes.h.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ WEFT_INLINE Wide load_rounded(const double* from) {
   return __builtin_convertvector(*reinterpret_cast<const UnalignedWideDouble*>(from), Wide);
 }
 
-#if defined(__AVX2__)  // otherwise Wide is Quad, for which box_lanes.h has both
+#if defined(__AVX2__)  // otherwise Wide is Quad, and box_lanes.h has both functions
 WEFT_INLINE Wide smaller(Wide a, Wide b) { return a < b ? a : b; }
 WEFT_INLINE Wide larger(Wide a, Wide b) { return a > b ? a : b; }
 #endif
@@ -43,7 +43,7 @@ WEFT_INLINE Wide square_root(Wide a) {
 }
 WEFT_INLINE Wide square(Wide x, Wide y, Wide z) { return x * x + y * y + z * z; }
 
-// shuffle<Order>(a, b) returns in lane i the element Order::of(i) of a followed by b.
+// shuffle<Order>(a, b) puts element Order::of(i) of the sequence a, b into lane i.
 template <int... i>
 struct Indices {};
 template <int count, int... i>
@@ -65,7 +65,7 @@ template <int parity>
 struct EverySecond {
   static constexpr int of(int i) { return 2 * i + parity; }
 };
-// Return the even and the odd lanes of a followed by b.
+// even() and odd() return the even and the odd lanes of the sequence a, b.
 WEFT_INLINE Wide even(Wide a, Wide b) { return shuffle<EverySecond<0>>(a, b); }
 WEFT_INLINE Wide odd(Wide a, Wide b) { return shuffle<EverySecond<1>>(a, b); }
 
@@ -73,7 +73,7 @@ template <int half>
 struct Alternate {
   static constexpr int of(int i) { return i % 2 * width + i / 2 + half * (width / 2); }
 };
-// Return the first and the second half of a0 b0 a1 b1 ...
+// alternate_first() and alternate_second() return the two halves of the sequence a0 b0 a1 b1 ...
 WEFT_INLINE Wide alternate_first(Wide a, Wide b) { return shuffle<Alternate<0>>(a, b); }
 WEFT_INLINE Wide alternate_second(Wide a, Wide b) { return shuffle<Alternate<1>>(a, b); }
 
@@ -87,13 +87,13 @@ struct ThirdOfThree {
     return 3 * i + component < 2 * width ? i : 3 * i + component - width;
   }
 };
-// Returns every third element of a, b and c in sequence, starting with element `component`.
+// Returns every third element of the sequence a, b, c, starting with element `component`.
 template <int component>
 WEFT_INLINE Wide every_third(Wide a, Wide b, Wide c) {
   return shuffle<ThirdOfThree<component>>(shuffle<ThirdOfTwo<component>>(a, b), c);
 }
 
-// Stores a0 b0 c0 d0 a1 b1 ... (4 * width floats).
+// Stores the sequence a0 b0 c0 d0 a1 b1 ... (4 * width floats).
 WEFT_INLINE void store_alternately(float* to, Wide a, Wide b, Wide c, Wide d) {
   const Wide first_ac = alternate_first(a, c), second_ac = alternate_second(a, c);
   const Wide first_bd = alternate_first(b, d), second_bd = alternate_second(b, d);

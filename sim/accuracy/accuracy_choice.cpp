@@ -16,8 +16,8 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the calibrated methods. Methods with a tolerance are those that time_methods() marks as
-// calibrated. "linear-euler", with one Newton iteration, is set by its step.
+// Returns the calibrated methods: those that time_methods() marks as calibrated, set by tolerance,
+// and "linear-euler" (euler with one Newton iteration per step), set by step.
 const std::vector<CalibratedMethod>& methods() {
   static const std::vector<CalibratedMethod> all = [] {
     std::vector<CalibratedMethod> found;
@@ -34,16 +34,16 @@ constexpr CalibrationRow table[] = {
 #include "sim/accuracy/calibration_table.inc"
 };
 
-constexpr double promised_factor = 3;
+constexpr double promised_factor = 3;  // largest CalibrationRow::factor of a preferred option
 
 struct Option {
   const CalibratedMethod* method = nullptr;
   double setting = 0;
   double factor = 0;
   double cost = 0;
-  bool limited = false;  // contact or the table demand a finer setting than the accuracy
-  // True if this option is preferable: the cheaper one if both keep the promised factor, else the
-  // one with the smaller factor.
+  bool limited = false;  // true if contact or the table demand a finer setting than the accuracy
+  // Returns true if this option is preferable to the other. If both have at most the promised
+  // factor, the cheaper one is preferable, else the one with the smaller factor.
   bool is_better_than(const Option& other) const {
     if (std::max(factor, other.factor) <= promised_factor) return cost < other.cost;
     return factor < other.factor;
@@ -59,8 +59,8 @@ std::vector<CalibrationRow> rows_of(const CalibratedMethod& method, bool meeting
 }
 
 // Interpolates the setting for an error rate between two rows, on logarithmic scales. A tolerance
-// is at most `limit` (m), which contact sets. An error rate above the table gives the coarsest
-// tolerance. Any other rate outside the table gives nothing.
+// is at most `limit` (m). For a rate above all rows, the result is the largest tolerance, but
+// nothing if the setting is a step. For a rate below all rows, the result is nothing.
 std::optional<Option> option_at(const CalibratedMethod& method,
                                 const std::vector<CalibrationRow>& rows, double rate,
                                 double limit) {
@@ -80,9 +80,9 @@ std::optional<Option> option_at(const CalibratedMethod& method,
   return std::nullopt;
 }
 
-// Interpolates the quantity `to` as a function of `from`, on logarithmic scales between the rows
-// around `value`. Beyond the rows it extrapolates with `power`: errors of methods of order 2 grow
-// with the power 2/3 of the tolerance.
+// Returns the column `to` as a function of the column `from` at from = value. Between two rows, it
+// interpolates on logarithmic scales. Beyond the rows, it takes `to` as proportional to
+// from^power. The error of a method of order 2 is proportional to tolerance^(2/3).
 double interpolated(const std::vector<CalibrationRow>& rows, double value,
                     double CalibrationRow::*from, double CalibrationRow::*to, double power) {
   for (std::size_t i = 1; i < rows.size(); ++i) {
@@ -110,7 +110,7 @@ std::string rounded(double value) {
   return text;
 }
 
-// The settings that the table offers for an accuracy, best first.
+// The options (methods with settings) that the table has for an accuracy, best first.
 class Offers {
  public:
   Offers(const Case& source, bool method_given) {
@@ -129,8 +129,8 @@ class Offers {
                       [](const Option& a, const Option& b) { return a.is_better_than(b); });
   }
   const std::vector<Option>& options() const { return options_; }
-  // Returns, in words, the accuracies that the table covers for the run's duration. Empty if it has
-  // no rows for the method.
+  // Returns a text with the accuracies that the table covers for the run's duration. The text is
+  // empty if the table has no rows for the method.
   const std::string& ranges() const { return ranges_; }
 
  private:

@@ -9,7 +9,8 @@
 
 namespace weft::sim {
 
-// A method that can be set for an accuracy, by a tolerance (m) or by a step (s).
+// A method whose accuracy is controlled by one setting: the length of fixed steps (s) if `by_step`,
+// else a tolerance (m).
 struct CalibratedMethod {
   const char* name;
   TimeMethod method;
@@ -17,40 +18,43 @@ struct CalibratedMethod {
 };
 std::span<const CalibratedMethod> calibrated_methods();
 
-// Sets the method and the options that belong to its setting. A tolerance becomes
-// position_tolerance and, in proportion, relative_tolerance (at most 0.1). A step comes with one
-// Newton iteration, whose linear system is solved far more exactly than the step itself.
+// Sets the method and the options that its setting determines. A tolerance determines
+// position_tolerance and, in proportion, relative_tolerance (at most 0.1). A step determines the
+// length of steps, one Newton iteration per step, and tolerances. These tolerances make the error
+// of the linear solve much smaller than that of the step.
 void apply_setting(TimeCase& time, const CalibratedMethod& method, double setting);
 
-// True if there is contact and more than one body or obstacle. Errors then grow faster, so such
-// scenes have their own rows in the table.
+// Returns true if contact is enabled and bodies and obstacles together are more than one. Errors
+// then grow faster, so such scenes have rows of their own in the table.
 bool has_meetings(const Case& source);
 
-// One measurement. Errors grow with the simulated time, and the setting determines their rate of
-// growth.
+// The measured error and cost of a method with one setting. Errors grow with the simulated time,
+// and the setting determines their rate of growth.
 struct CalibrationRow {
   const char* method;
   bool meetings;
-  double setting;     // m or s; ascending within a method
-  double error_rate;  // m/s: largest error of a run (accuracy in case.h) over its duration
-  double factor;      // nine of ten scenes had this rate within this factor
-  double cost;        // s of CPU per simulated second, mean over the scenes; for comparison
+  double setting;     // tolerance (m) or step (s); ascending within a method
+  double error_rate;  // largest error during a run divided by the run's duration, m/s
+  double factor;      // in nine of ten scenes, error_rate holds within this factor
+  double cost;        // CPU time per simulated second, geometric mean of the scenes
 };
 
 // error_rate_at() returns the error rate (m/s) that the table gives for the method of `source` at a
-// tolerance (m). tolerance_at() returns the tolerance for an error rate, at most the table's
-// coarsest one and the limit that contact sets. Beyond the table's ends, errors grow with the power
-// 2/3 of the tolerance. Precondition: the table has rows by tolerance for the method.
+// tolerance (m). tolerance_at() returns the tolerance for an error rate. It exceeds neither the
+// table's largest tolerance nor the limit that contact sets. Beyond the table's ends, error rates
+// are extrapolated as proportional to tolerance^(2/3). Precondition: the table has rows by
+// tolerance for the method.
 double error_rate_at(const Case& source, double tolerance);
 double tolerance_at(const Case& source, double error_rate);
-// True if choose_accuracy() has set a tolerance and not a step.
+// Returns true if `time.accuracy` is given and choose_accuracy() has set a tolerance, not a step.
 bool has_chosen_tolerance(const Case& source);
 
-// Applies `time.accuracy` if it is given and not settled yet. Chooses the cheapest method whose
-// CalibrationRow::factor is at most 3. Without such a method, chooses the one with the smallest
-// factor. Keeps a method that the case names. Tolerances stay within the limit that contact sets.
-// Writes the choice to Case::accuracy_choice. Throws CaseError, with the table's range, for an
-// accuracy that the table does not cover. Also throws it for a method without calibration.
+// Chooses the method and its setting if `time.accuracy` is given and no choice has been made yet.
+// Chooses the cheapest method whose CalibrationRow::factor is at most 3. Without such a method,
+// chooses the one with the smallest factor. A method that the case names is kept. Tolerances do not
+// exceed the limit that contact sets. Writes the choice to Case::time, Case::accuracy_choice and
+// Case::resolved_text. Throws CaseError if the table does not cover the accuracy, or has no rows
+// for the method that the case names.
 void choose_accuracy(Case& target);
 
 }  // namespace weft::sim

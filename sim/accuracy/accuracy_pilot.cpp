@@ -22,14 +22,15 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double looser = 16;
-// Loosest tolerance of a pilot run (m). At looser ones the error does not grow smoothly with the
-// tolerance.
+constexpr double looser = 16;  // ratio of the tolerances of the two runs that are compared
+// Loosest tolerance of the two runs that are compared (m). At looser tolerances, the error does not
+// grow smoothly with the tolerance.
 constexpr double loosest_pilot = 2e-5;
 constexpr int samples = 20;  // number of times at which the two runs are compared
-// Largest number of pairs of runs. After a failure, the tolerances of the next pair are a 16th.
+// Largest number of pairs of runs. If a run fails, the next pair has tolerances smaller by the
+// factor `looser`.
 constexpr int most_pairs = 3;
-// Factor from a tolerance whose run fails to the tolerance tried next.
+// Ratio of the tolerance to try next to the tolerance of a failed run.
 constexpr double retreat = 0.25;
 
 TimeCase with_tolerance(const TimeCase& time, double tolerance) {
@@ -60,10 +61,10 @@ std::unique_ptr<const Scene> scene_with(const Case& target, const TimeCase& time
   return build_scene(source);
 }
 
-// The distance between two runs.
+// The RMS distance between two runs: the largest of all bodies and sampled times.
 struct Distance {
   double largest = 0;                 // m
-  std::optional<double> parted_time;  // s; from then on `largest` says nothing about errors
+  std::optional<double> parted_time;  // from this time (s), distances do not measure errors
 };
 
 class Pilot {
@@ -93,7 +94,8 @@ class Pilot {
   double duration() const { return target_.time.duration; }
   double cpu_time() const { return stopwatch_.elapsed().cpu; }
   bool stopped() const { return report_.ended_run(); }
-  // True if the pilot must end after this step, because of the stop signal or the CPU limit.
+  // Returns true if the stop signal or the CPU limit must end the pilot after this step of `run`.
+  // Records the reason in the report.
   bool is_stopped_at(const Simulation& run) {
     if (options_.stop_signal != nullptr && *options_.stop_signal != 0) report_.interrupted = true;
     if (!report_.interrupted && limit_.is_passed())
@@ -114,10 +116,11 @@ class Pilot {
   CpuLimit limit_;
   Stopwatch stopwatch_;
   PilotReport report_;
-  std::optional<Failure> failure_;  // of the last failed run
+  std::optional<Failure> failure_;  // failure that ended the last pair of runs, if any
 };
 
-// Measures the distance between two runs. Returns nothing if one of them fails or is stopped.
+// Makes two runs with these options and measures their distance. Returns nothing if one of them
+// fails or is stopped.
 std::optional<Distance> Pilot::distance(const TimeCase& loose, const TimeCase& tight) {
   Simulation run(scene_with(target_, loose));
   ErrorMonitor monitor(run.scene(), tight,
@@ -144,7 +147,7 @@ std::optional<Distance> Pilot::distance(const TimeCase& loose, const TimeCase& t
   return Distance{largest, estimate.parted_time};
 }
 
-// True if the run with these options fails. False if it succeeds or is stopped.
+// Makes a run with these options. Returns true if it fails, and false if it succeeds or is stopped.
 bool Pilot::fails(const TimeCase& time) {
   Simulation run(scene_with(target_, time));
   while (run.time() < duration()) {
@@ -154,7 +157,8 @@ bool Pilot::fails(const TimeCase& time) {
   return false;
 }
 
-// True if the run with these options takes more work than a whole run of verlet.
+// Makes a run with these options. Returns true as soon as it has taken more work than a whole run
+// of verlet would. Returns false if it ends before, also by failure.
 bool Pilot::is_dearer_than_verlet(const TimeCase& time) {
   const auto scene = scene_with(target_, time);
   Statistics statistics;
@@ -170,8 +174,8 @@ bool Pilot::is_dearer_than_verlet(const TimeCase& time) {
 }
 
 // Chooses verlet if it is accurate enough and takes less work than the run of `loose`. Returns true
-// if verlet is chosen. The error of verlet grows with the square of the step: half the step leaves
-// a quarter of the error.
+// if verlet is chosen. The error of verlet is proportional to the square of the step. Runs with the
+// whole step and half of it therefore differ by 3/4 of the error with the whole step.
 bool Pilot::choose_verlet(const TimeCase& loose) {
   if (target_.method_given || target_.contact.enabled) return false;
   say(formatted("pilot of time.accuracy: does verlet take less work than %s?",
@@ -216,8 +220,8 @@ void Pilot::correct() {
   target_.resolved_text = case_text(target_);
 }
 
-// Corrects the tolerance. `apart` is the distance between the runs with the tolerances `loose` and
-// a 16th of it.
+// Corrects the tolerance of the case. `apart` is the distance between the runs with the tolerances
+// `loose` and loose / looser.
 void Pilot::correct_by(const Distance& apart, double loose) {
   const double tight = loose / looser;
   const double expected =
@@ -242,8 +246,9 @@ void Pilot::correct_by(const Distance& apart, double loose) {
     target_.accuracy_choice += formatted(", since a run with %.3g m fails", wanted);
 }
 
-// Sets the tolerance of the case to `wanted` or, while runs fail, to ever smaller tolerances, down
-// to `succeeded`, whose run has succeeded. Returns the tolerance that it has set.
+// Sets the tolerance of the case to `wanted` and returns it. If it exceeds `succeeded`, whose run
+// has succeeded, a run must confirm it. If the run fails, smaller tolerances down to `succeeded`
+// are tried.
 double Pilot::make_sure(double wanted, double succeeded) {
   double tolerance = wanted;
   for (; tolerance > succeeded && !stopped();

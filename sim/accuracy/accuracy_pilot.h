@@ -1,4 +1,4 @@
-// Settles time.accuracy by pilot runs.
+// Chooses the method and the tolerances for time.accuracy by pilot runs.
 #pragma once
 
 #include <atomic>
@@ -11,52 +11,53 @@
 namespace weft::sim {
 
 struct PilotOptions {
-  // `notice` is called before each stage of the pilot with a description. `progress` is called with
-  // the simulated time that the stage has reached (s, from 0 to the duration). Both may be empty.
+  // `notice` is called before each stage of the pilot with a description. `progress` is called
+  // during a stage with the simulated time it has reached (s, up to the duration). Both may be
+  // empty.
   std::function<void(const std::string& text)> notice;
   std::function<void(double time)> progress;
-  // A nonzero value stops the pilot after the current step. A signal handler may set it. May be
-  // null.
+  // If not null, a nonzero value at this address stops the pilot after the current step. A signal
+  // handler may set it.
   const std::atomic<int>* stop_signal = nullptr;
 };
 
 struct PilotReport {
   Cost cost;
   // `interrupted` is set if the stop signal ended the pilot, `limit_reason` if compute.cpu_limit
-  // did. The case is then unchanged and must not be run.
+  // did. The pilot has then corrected nothing, and the case must not be run.
   bool interrupted = false;
   std::string limit_reason;
   bool ended_run() const { return interrupted || !limit_reason.empty(); }
 };
 
-// Settles `time.accuracy`. First chooses by the table (choose_accuracy()). If that sets a tolerance
-// tau, corrects it as follows.
+// Chooses the method and the tolerances for `time.accuracy`. It first chooses by the table
+// (choose_accuracy()). If the result is a tolerance tau, it is corrected as follows.
 //
-// Two runs of the whole duration, without a trajectory, have the tolerances 16 tau and tau. If 16
-// tau exceeds 2e-5 m or the limit that contact sets, the runs have this bound and a 16th of it
-// instead. The ratio of the distance between the runs to the distance that the table predicts tells
-// by which factor this scene's errors exceed the table's. The corrected tolerance allows for this
-// factor, on the assumption that it is the same at all tolerances.
+// A pair of runs of the whole duration, without a trajectory, has the tolerances 16 tau and tau. If
+// 16 tau exceeds 2e-5 m or the limit that contact sets, the runs have this bound and a 16th of it
+// instead. The table predicts a distance between the runs. The ratio of the real distance to the
+// predicted one estimates by which factor this scene's errors exceed the table's. The corrected
+// tolerance allows for this factor, on the assumption that it is the same at all tolerances.
 //
-// The energy watch (energy_watch.h) checks every run. If the corrected tolerance is looser than the
-// tolerances of both runs, a run with it is checked as well. If a run of the pair fails, both
-// tolerances are replaced by a 16th. If the run with the corrected tolerance fails, a quarter of
-// that tolerance is tried.
+// Any run may fail, for example by gaining energy (energy_watch.h). If a run of the pair fails, the
+// pair is repeated with both tolerances divided by 16, twice at most. If the corrected tolerance is
+// looser than both tolerances of the pair, a run with it is tried as well. If that run fails, the
+// tolerance is divided by 4, until a run succeeds or the tolerance is that of the looser run.
 //
 // The two runs may differ by more than a tenth of a body's motion or size. From then on their
 // distance no longer grows with the tolerance. If the accuracy then needs a tighter tolerance than
 // both runs have, the motion is reported as chaotic and the accuracy as out of reach. The table's
-// tolerance stays.
+// tolerance is then kept.
 //
 // If the case names no method and has no contact, `verlet` may replace the choice. A whole run of
 // verlet, with nine tenths of the longest stable step, must take less work than the looser of the
 // two runs. Two verlet runs, with this step and half of it, must confirm the accuracy. Work is
 // counted, not timed, so the choice is the same on every machine.
 //
-// The result is written to Case::accuracy_choice and Case::resolved_text. The tolerance stays if
-// the pilot finds no error or if no run succeeds; the text then says so. Cost: up to three times
-// that of the run, limited by compute.cpu_limit. Throws CaseError like choose_accuracy() and
-// build_scene().
+// The result is written to Case::time, Case::accuracy_choice and Case::resolved_text. The table's
+// tolerance is kept if the pilot finds no error or if no pair of runs succeeds; accuracy_choice
+// then says so. Cost: usually up to three times that of the run, limited by compute.cpu_limit.
+// Throws CaseError like choose_accuracy() and build_scene().
 PilotReport correct_accuracy(Case& target, const PilotOptions& options = {});
 
 }  // namespace weft::sim

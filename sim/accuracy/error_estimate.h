@@ -9,20 +9,20 @@ namespace weft::sim {
 
 struct BodyError {
   std::string body;
-  // RMS distance between the two runs over the body's vertices (m): the largest of all frames, and
-  // that of the last frame.
+  // RMS distance between the body's particles in the two runs (m): the largest of all frames
+  // compared, and that of the last of these frames.
   double largest = 0, last = 0;
-  double largest_time = 0;  // s, of the frame with the largest distance
+  double largest_time = 0;  // time of the frame with the largest distance, s
 };
 
 struct ErrorEstimate {
-  std::vector<BodyError> bodies;  // dynamic bodies only
-  double last_time = 0;           // s, of the last frame compared
+  std::vector<BodyError> bodies;  // errors of the dynamic bodies
+  double last_time = 0;           // time of the last frame compared, s
   // Time (s) of the first frame in which the runs differ by more than a tenth of a body's largest
   // motion or of its radius. From then on, differences do not grow in proportion to the errors that
   // caused them. They only show that the error is large.
   std::optional<double> parted_time;
-  std::string failure;  // why the second run ended early; empty if it did not
+  std::string failure;  // message if the second run failed, else empty
 };
 
 }  // namespace weft::sim

@@ -13,8 +13,8 @@ namespace {
 
 constexpr double tolerance_factor = 64;
 
-// Share of a body's motion or size up to which differences grow in proportion to the errors that
-// caused them.
+// Differences between runs up to this fraction of a body's motion or size are small: they grow in
+// proportion to the errors that caused them.
 constexpr double small_part = 0.1;
 
 std::unique_ptr<const Scene> scene_with(const Scene& scene, const TimeCase& time) {

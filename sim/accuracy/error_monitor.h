@@ -26,27 +26,28 @@ double rms_distance(std::span<const Vec3> a, std::span<const Vec3> b);
 // steps become a quarter and errors a 16th. Source: Hairer, Noersett, Wanner, Solving Ordinary
 // Differential Equations I, II.4.
 //
-// `euler` without a fixed step is of order 1, and far from this law at loose tolerances, so `cvode`
-// replaces it. Fixed steps become an eighth (euler) or a quarter (order 2). That leaves an eighth
-// or a 16th of the error. Precondition: the method is not `static`, which has no error of time
-// steps.
+// `euler` without a fixed step is of order 1, and does not obey this law at loose tolerances, so
+// `cvode` replaces it. Fixed steps become an eighth for `euler`, which divides the error by 8. They
+// become a quarter for methods of order 2, which divides the error by 16. Precondition: the method
+// is not `static`, which has no error of time steps.
 TimeCase tightened(const TimeCase& time);
 
-// Compares a run, frame by frame, with a second run. Holds one state of the second run and no
-// trajectory. A second run that gains energy counts as failed.
+// Compares a run, frame by frame, with a second, more exact run. It stores only one state of the
+// second run. A second run that gains energy counts as failed.
 class ErrorMonitor {
  public:
-  // A nonzero `stop` ends the second run early. `stop` may be null, and must outlive the monitor.
+  // Uses tightened() options for the second run. A nonzero value at `stop` ends that run. `stop`
+  // may be null; otherwise the value must outlive the monitor.
   ErrorMonitor(const Scene& scene, const std::atomic<int>* stop);
-  // A function that is called after every step of the second run. It returns true to end that run
-  // early. May be empty.
+  // A function that is called before every step of the second run. It returns true to end that run.
+  // May be empty.
   using ShouldStop = std::function<bool(const Simulation& second)>;
   // Uses `second` as the options of the second, more exact run.
   ErrorMonitor(const Scene& scene, const TimeCase& second, ShouldStop should_stop);
 
-  // Advances the second run to `time` (s), and compares its state with the state `y` of the first.
-  // Precondition: `time` is not before that of the last call. Returns the RMS distances by dynamic
-  // body (m), or NaN if the second run has failed or was stopped.
+  // Advances the second run to `time` (s), and compares its state with the state `y` of the first
+  // run. Precondition: `time` is not before the `time` of the last call. Returns the RMS distance
+  // (m) for each dynamic body, or NaN if the second run has failed or was stopped.
   std::span<const double> compare(double time, std::span<const double> y);
   ErrorEstimate estimate() const;
 
@@ -58,10 +59,10 @@ class ErrorMonitor {
   ShouldStop should_stop_;
   std::vector<double> state_;
   std::vector<Vec3> position_, other_position_, scratch_velocity_;
-  std::vector<double> distances_;        // m, by body
-  std::vector<double> motion_, radius_;  // m, by body: largest motion so far; initial radius
-  std::vector<double> times_;            // s, of the frames compared
-  std::vector<double> all_distances_;    // m, by frame and body
+  std::vector<double> distances_;        // RMS distances of the last frame by body, m
+  std::vector<double> motion_, radius_;  // by body: largest RMS motion so far; RMS radius; m
+  std::vector<double> times_;            // times of the frames compared, s
+  std::vector<double> all_distances_;    // RMS distances by frame, then by body, m
   std::string failure_;
 };
 

@@ -1,11 +1,11 @@
-// The bill of a run: the cost of each of its parts.
+// The cost of a run and of its parts.
 #pragma once
 
 namespace weft::sim {
 
 struct Cost {
-  double wall = 0;  // s
-  double cpu = 0;   // s, all threads of the process
+  double wall = 0;  // wall time, s
+  double cpu = 0;   // CPU time of all threads of the process, s
 
   Cost& operator+=(const Cost& other) {
     wall += other.wall;
@@ -16,18 +16,18 @@ struct Cost {
   friend Cost operator-(const Cost& a, const Cost& b) { return {a.wall - b.wall, a.cpu - b.cpu}; }
 };
 
-// The parts do not overlap; their sum is the total.
+// The costs of the parts of a run. The parts do not overlap, and their sum is the total.
 struct Bill {
-  Cost setup;           // reading the case; making the scene, the integrator and the file
+  Cost setup;           // reading the case; making the scene, the integrator and the trajectory
   Cost pilot;           // pilot runs that correct time.accuracy
-  Cost run;             // steps and frames, with the energies of both
-  Cost record;          // gathering frames and writing the file
-  Cost error_estimate;  // second, more exact run that the error estimate compares with
+  Cost run;             // time integration; energies of steps and frames
+  Cost record;          // gathering frames and writing the trajectory
+  Cost error_estimate;  // the second, more exact run of the error estimate
   Cost total;
 };
 
-// A part and the prefix of its names. "setup_" stands for setup_wall_s and setup_cpu_s, in JSON and
-// in the trajectory.
+// A cost of the bill and the prefix of its names in JSON and in the trajectory. For example, the
+// prefix "setup_" gives the names setup_wall_s and setup_cpu_s.
 struct BillPart {
   const char* prefix;
   Cost Bill::*cost;

@@ -14,19 +14,19 @@ struct Failure {
     unstable,           // explicit steps are too long
     too_many_cuts,      // steps are cut again and again to keep surfaces apart
     strain_limit,       // no step keeps membranes within their strain_limit
-    prescribed_motion,  // prescribed motion is too fast, or leaves no room for a body
-    energy,             // the motion has gained energy
+    prescribed_motion,  // prescribed motion is too fast, or makes surfaces cross
+    energy,             // the motion has more energy than was put in
     cpu_limit,          // compute.cpu_limit is reached
     interrupted,        // a user or another program has stopped the run
-    solver              // SUNDIALS stopped for another reason
+    solver              // a solver, such as SUNDIALS, has failed for another reason
   };
   Kind kind = Kind::solver;
-  double time = 0;    // s
-  int particle = -1;  // where the failure arose (Scene::describe_particle); -1: no single place
-  std::string text;   // message for the user: kind and, if known, place and time
+  double time = 0;    // simulated time of the failure, s
+  int particle = -1;  // particle at which the failure arose; -1 if there is none
+  std::string text;   // message for the user
 };
 
-// Returns the kind as --json writes it in `reason_kind`: "error_tolerance", "newton" ...
+// Returns the name of the enumerator, for example "newton".
 const char* kind_name(Failure::Kind kind);
 
 }  // namespace weft::sim

@@ -5,8 +5,8 @@
 
 namespace weft::sim {
 
-// Thrown when a file cannot be read or written, or its content is not valid (exit code 4). The text
-// starts with the path.
+// The exception for a file that cannot be read or written, or whose content is not valid (exit code
+// 4). The text starts with the path of the file.
 class FileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

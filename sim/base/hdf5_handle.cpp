@@ -9,9 +9,10 @@ namespace weft::sim::hdf5 {
 namespace {
 
 // Keeps HDF5 from closing its library at exit. HDF5 1.10 never frees some memory of chunks with a
-// wrong checksum, and closing would print "infinite loop closing library" on stderr. No data are
-// lost: every handle closes itself, and a writer's commits are in the file.
+// wrong checksum, and closing would print "infinite loop closing library" on stderr. No data is
+// lost, because every Handle closes its object.
 [[maybe_unused]] const herr_t no_closing_at_exit = H5dont_atexit();
+
 // Upper bound of the compression ratio of a chunk. zlib reaches 1032.
 constexpr double most_compression = 2000;
 
@@ -52,8 +53,7 @@ Handle make_space(const std::vector<hsize_t>& dimensions, const std::vector<hsiz
                                  maximum.empty() ? nullptr : maximum.data()));
 }
 
-// Largest number of texels of an image. Texels are numbered by int, while a file may claim any
-// size.
+// Largest number of texels of an image. It fits an int, while a file may claim any size.
 constexpr hsize_t largest_texel_count = 1 << 30;
 
 bool is_image(const std::vector<hsize_t>& shape) {
@@ -168,7 +168,7 @@ Handle Access::open_for_reading() const {
   H5Pset_file_locking(file_access.get(), false, true);
 #endif
   // HDF5 reads the file's size before its content, so a file that grows in between looks truncated.
-  // A failed open is repeated if the file has grown.
+  // If opening fails, it is repeated if the file's size has changed meanwhile.
   for (;;) {
     const auto size = std::filesystem::file_size(path_, error);
     const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDONLY, file_access.get());

@@ -1,5 +1,5 @@
 // C++ additions to the HDF5 C API: handles that close themselves, checked return codes, and error
-// texts. Private to sim/: no public header includes it.
+// texts. Private to sim/.
 #pragma once
 
 #include <hdf5.h>
@@ -10,8 +10,8 @@
 
 namespace weft::sim::hdf5 {
 
-// An open HDF5 object of any kind, closed on destruction. A failing close is not reported: all data
-// that matters has been flushed by then.
+// An open HDF5 object of any type, closed on destruction. Errors of closing are not reported, so
+// data that matters must be flushed before.
 class Handle {
  public:
   Handle() = default;
@@ -49,8 +49,8 @@ class QuietErrors {
   void* data_ = nullptr;
 };
 
-// Operations on one file. Every function throws FileError if HDF5 fails: "PATH: cannot ACTION:
-// MESSAGE OF HDF5".
+// Operations on one file. Every operation throws FileError if HDF5 fails. The text names the path,
+// the action and the message of HDF5.
 class Access {
  public:
   explicit Access(std::string path) : path_(std::move(path)) {}
@@ -64,10 +64,11 @@ class Access {
   }
   Handle handle(hid_t id, const std::string& action) const { return Handle(check(id, action)); }
   [[noreturn]] void fail(const std::string& action) const;
-  // Throws FileError "PATH: REASON" for content that HDF5 can read but Weft does not accept.
+  // Throws FileError with the path and a reason, for content that HDF5 can read but Weft does not
+  // accept.
   [[noreturn]] void reject(const std::string& reason) const;
 
-  // Attributes of an open object. Strings have variable length and are UTF-8.
+  // Write or read an attribute of an open object. Strings are UTF-8 and have variable length.
   void write_attribute(hid_t object, const std::string& name, const std::string& value) const;
   void write_attribute(hid_t object, const std::string& name, double value) const;
   void write_attribute(hid_t object, const std::string& name, const std::vector<int>& values) const;
@@ -75,16 +76,16 @@ class Access {
   double read_double(hid_t object, const std::string& name) const;
   std::vector<int> read_integers(hid_t object, const std::string& name) const;
 
-  // Opens the file read-only and without locks: the writer uses none, and some network file systems
-  // refuse them. Rejects anything but a regular file.
+  // Opens the file read-only and without HDF5's locks, which some network file systems refuse.
+  // Rejects anything but a regular file.
   Handle open_for_reading() const;
   Handle open_dataset(hid_t parent, const std::string& name) const;
   Handle open_group(hid_t parent, const std::string& name) const;
   std::vector<hsize_t> dimensions(hid_t dataset) const;
-  // Rejects a dataset that stores fewer bytes than its first `entries` numbers need, or more than
-  // the file holds. Call it before allocating: a file of a few bytes can claim any shape.
-  // Compressed data may expand by a factor of two thousand. Virtual and external data lie elsewhere
-  // and are not checked.
+  // Rejects a dataset that stores fewer bytes than `entries` numbers need, or more bytes than the
+  // file has. Call it before allocating memory: a file of a few bytes can claim any shape.
+  // Compressed data may need up to two thousand times the bytes stored. Virtual and external data
+  // are stored outside the dataset and are not checked.
   void require_stored(hid_t dataset, const std::string& name, double entries) const;
   // Returns the names of a group's members in order of creation or, if the group does not record
   // that order, sorted by name.
@@ -94,13 +95,14 @@ class Access {
   std::string path_;
 };
 
-// Returns a simple data space. With an empty `maximum` its datasets cannot grow.
+// Returns a simple data space of these dimensions. Datasets can grow up to `maximum`; if it is
+// empty, they cannot grow.
 Handle make_space(const std::vector<hsize_t>& dimensions, const std::vector<hsize_t>& maximum = {});
 
-// True if the shape is that of an image of positions: [rows, cols, 3] or [patches, rows, cols, 3].
-// The number of texels must fit an int.
+// Returns true if the shape is that of an image of positions: [rows, cols, 3] or [patches, rows,
+// cols, 3]. The number of texels must be positive and at most 2^30.
 bool is_image(const std::vector<hsize_t>& shape);
-// Returns the number of values of a dataset of this shape, the product of the sizes.
+// Returns the number of values of a dataset of this shape: the product of the sizes.
 hsize_t count_of(const std::vector<hsize_t>& shape);
 bool holds_numbers(hid_t dataset);
 

@@ -1,4 +1,4 @@
-// Folders of files that are to be written.
+// Makes the folder of an output file.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,9 @@
 
 namespace weft::sim {
 
-// Returns the path after creating its folder if that is missing. Throws FileError if it cannot be
-// created. Called once all else is ready, since a faulty case must leave nothing behind.
+// Creates the folder of the file `path` if it is missing, and returns `path`. Throws FileError if
+// the folder cannot be created. Call it only after the case has been checked, so that a faulty case
+// creates no folders.
 inline std::string in_output_folder(const std::string& path) {
   const auto folder = std::filesystem::path(path).parent_path();
   std::error_code error;

@@ -10,13 +10,13 @@
 
 namespace weft::sim {
 
-// Number of loop iterations per chunk, independent of the number of threads. Sums are formed per
-// chunk and then added in order, so one thread and many give the same bits.
+// Number of loop iterations per chunk, independent of the number of threads. A sum adds the sums of
+// the chunks in order, so any number of threads gives the same bits.
 inline constexpr int chunk_size = 2048;
 
 // Calls body(first, last) for every chunk [first, last) of [0, count), on up to `threads` threads.
-// One thread runs the same loop as many: in a second loop the compiler may fuse multiplications and
-// additions differently, which changes the last bit.
+// The same loop serves one thread and many. In a separate loop for one thread, the compiler might
+// fuse multiplications and additions differently, which would change the last bit.
 template <class Body>
 void parallel_chunks(int count, int threads, const Body& body) {
   const int chunks = (count + chunk_size - 1) / chunk_size;

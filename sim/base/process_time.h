@@ -1,4 +1,4 @@
-// The clock of CPU time.
+// The CPU time of the process.
 #pragma once
 
 #include <ctime>

@@ -14,14 +14,14 @@
 namespace weft::sim {
 namespace {
 
-// Restores the default signal handlers: sanitizers replace them, but a crash must end this process
-// by its signal. Also suppresses the core file and makes this process die with its parent.
+// Restores the default signal handlers, which sanitizers replace: a crash must end this process by
+// its signal. Also suppresses the core file, and makes this process end when its parent ends.
 void prepare_to_crash(pid_t parent) {
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) std::signal(signal, SIG_DFL);
   const rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);  // the parent died before prctl()
+  if (getppid() != parent) _exit(1);  // the parent ended before prctl()
 }
 
 void limit_cpu_time(double seconds) {

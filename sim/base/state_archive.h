@@ -1,4 +1,5 @@
-// Saved states as bytes. A simulation restored from them continues with the same bits.
+// Saved states as bytes. A simulation restored from them continues with the same bits as the
+// simulation that saved them.
 #pragma once
 
 #include <cstring>
@@ -13,9 +14,9 @@
 
 namespace weft::sim {
 
-// Writes values to bytes, or reads them back in the same order. One list of members serves both
-// directions. Bytes are in this machine's format. Reading throws std::invalid_argument if bytes are
-// missing.
+// Writes values to bytes, or reads them back in the same order. The same calls serve both
+// directions. The bytes have this machine's format. Reading throws std::invalid_argument if bytes
+// are missing.
 class StateArchive {
  public:
   StateArchive() = default;  // makes an archive that writes

@@ -1,5 +1,4 @@
-// The work and cost of a run: counters and phase times. --json prints all of them, and the
-// trajectory stores most.
+// The work and cost of a run: counters and the times of its phases.
 #pragma once
 
 #include <chrono>
@@ -8,28 +7,29 @@
 namespace weft::sim {
 
 struct Counters {
-  std::int64_t body_pairs = 0;       // pairs of neighbouring bodies, summed over all updates
-  std::int64_t rebuilds = 0;         // pyramids rebuilt
-  std::int64_t self_traversals = 0;  // pyramids traversed against themselves
-  std::int64_t pair_traversals = 0;  // pairs of different pyramids traversed together
-  std::int64_t bound_tests = 0;      // pairs of bounding volumes compared
-  std::int64_t candidate_pairs = 0;  // feature pairs put on candidate lists, summed over all builds
+  // Candidate lists (one per pair of neighbouring bodies or per body), summed over all updates.
+  std::int64_t body_pairs = 0;
+  std::int64_t rebuilds = 0;            // pyramids rebuilt
+  std::int64_t self_traversals = 0;     // pyramids traversed against themselves
+  std::int64_t pair_traversals = 0;     // pairs of different pyramids traversed together
+  std::int64_t bound_tests = 0;         // pairs of bounding volumes compared
+  std::int64_t candidate_pairs = 0;     // feature pairs put on candidate lists
   std::int64_t narrow_phase_calls = 0;  // feature pairs whose distance or path was checked
   std::int64_t ccd_calls = 0;           // feature pairs checked by continuous collision detection
-  std::int64_t friction_terms = 0;      // pairs in contact range whose friction was evaluated
+  std::int64_t friction_terms = 0;      // feature pairs whose friction was evaluated
   std::int64_t force_evaluations = 0;   // evaluations of the right-hand side
   std::int64_t matrix_assemblies = 0;
 };
 
 struct IntegratorCounts {
   std::int64_t steps = 0;
-  std::int64_t vetoed_steps = 0;  // cut because surfaces would have touched or crossed
+  std::int64_t vetoed_steps = 0;  // steps cut because surfaces would have touched or crossed
   std::int64_t error_test_failures = 0;
   std::int64_t convergence_failures = 0;
   std::int64_t newton_iterations = 0;
   std::int64_t linear_iterations = 0;
   std::int64_t linear_setups = 0;
-  std::int64_t restarts = 0;  // by Integrator::restart(), which drops the method's history
+  std::int64_t restarts = 0;  // restarts of the method without its history
 
   IntegratorCounts& operator+=(const IntegratorCounts& more) {
     steps += more.steps;
@@ -44,7 +44,8 @@ struct IntegratorCounts {
   }
 };
 
-struct PhaseTimes {  // wall time, s; phases do not overlap
+// The wall times of the phases of a run (s). Phases do not overlap.
+struct PhaseTimes {
   double rebuild = 0;
   double traverse = 0;
   double narrow_phase = 0;
@@ -59,8 +60,8 @@ struct Statistics {
   PhaseTimes phases;
 };
 
-// Adds the wall time of its life to one phase. Time within the life of a later timer of the same
-// thread is not counted.
+// Adds the wall time from its construction to its destruction to one phase. While a nested timer of
+// the same thread exists, only the nested timer counts.
 class PhaseTimer {
  public:
   explicit PhaseTimer(double& phase) : phase_(phase), outer_(innermost()), start_(Clock::now()) {

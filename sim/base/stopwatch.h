@@ -1,4 +1,4 @@
-// Measures the cost of parts of a run.
+// Clocks for the cost of the parts of a run.
 #pragma once
 
 #include <chrono>
@@ -12,8 +12,8 @@ namespace weft::sim {
 class Stopwatch {
  public:
   Stopwatch() : Stopwatch(std::chrono::steady_clock::now(), process_cpu_time()) {}
-  // Returns a stopwatch that started with the process. Its wall time includes the loading of the
-  // program, estimated by the CPU time so far.
+  // Returns a stopwatch that measures since the start of the process. The wall time from that start
+  // to this call is estimated by the CPU time so far.
   static Stopwatch since_process_start() {
     const std::chrono::duration<double> loading(process_cpu_time());
     return {std::chrono::steady_clock::now() -
@@ -30,10 +30,10 @@ class Stopwatch {
       : wall_start_(wall_start), cpu_start_(cpu_start) {}
 
   std::chrono::steady_clock::time_point wall_start_;
-  double cpu_start_;  // s
+  double cpu_start_;  // CPU time of the process at the start, s
 };
 
-// Adds the wall and CPU time of its life to one part of the bill.
+// Adds the wall and CPU time from its construction to its destruction to one part of the bill.
 class CostTimer {
  public:
   explicit CostTimer(Cost& part) : part_(part) {}

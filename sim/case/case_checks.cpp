@@ -21,19 +21,21 @@ namespace weft::sim {
 
 namespace {
 
-// Largest tolerances relative to contact.range, as measured. Looser ones accept states with
-// nonsensical strain without notice.
+// Largest tolerances per contact.range, from measurements. Looser tolerances let the integrator
+// accept states with nonsensical strain.
 constexpr double position_tolerance_per_range = 0.005;
 constexpr double velocity_tolerance_per_range = 0.5;  // 1/s
-// Orders 3 to 5 give wrong results without damping or at loose tolerances.
+// Highest BDF order that needs neither damping nor a tight tolerance. Orders 3 to 5 need both.
 constexpr int highest_unconditional_order = 2;
-constexpr double high_order_tolerance = 1e-6;  // m
-// Factor by which comparisons allow for rounding: 0.005 * 2e-3 and 1e-5 differ in the last bit.
+constexpr double high_order_tolerance = 1e-6;  // m; largest position_tolerance of higher orders
+// Factor by which a value may exceed its limit due to rounding: 0.005 * 2e-3 and 1e-5 differ in the
+// last bit.
 constexpr double rounding = 1 + 1e-9;
 
-class Checker {
+class CaseChecker {
  public:
-  Checker(const Case& target, const Locations& locations) : case_(target), locations_(locations) {}
+  CaseChecker(const Case& target, const Locations& locations)
+      : case_(target), locations_(locations) {}
 
   void check() const {
     steps();
@@ -110,7 +112,7 @@ class Checker {
     }
   }
 
-  // Returns the path at which to report a fault: `first` if the case gives it, else `second`.
+  // Returns `first` if the case gives a value at that path, else `second`.
   std::string first_given(const std::string& first, const std::string& second) const {
     return locations_.given(first) ? first : second;
   }
@@ -136,7 +138,7 @@ class Checker {
     if (!case_.contact.enabled || traits_of(case_.time.method).is_explicit) return;
     const double range = case_.contact.range;
     const double position_limit = position_tolerance_limit(case_);
-    // time.accuracy sets the tolerance later, within this limit.
+    // If time.accuracy will set the tolerance, the present one does not matter.
     if (!case_.awaits_accuracy() && case_.time.position_tolerance > position_limit * rounding) {
       fail(first_given("time.position_tolerance", "contact.range"),
            "a position_tolerance of " + number_text(case_.time.position_tolerance) +
@@ -155,8 +157,8 @@ class Checker {
     }
   }
 
-  // Refuses a second use of a name. Bodies and obstacles share one set of names, since both are
-  // bodies of the trajectory.
+  // Refuses a name that two bodies or obstacles have. The trajectory stores obstacles as bodies, so
+  // the names of both must differ.
   void names() const {
     std::map<std::string, std::string> owners;  // name -> path
     const auto claim = [&](const std::string& name, const std::string& path) {
@@ -217,7 +219,8 @@ class Checker {
     }
   }
 
-  // Refuses a body that nothing can hold, because it falls forever and has no equilibrium.
+  // Refuses a body that nothing can hold, if the method seeks equilibria under gravity: the body
+  // would fall forever.
   void supports() const {
     if (!traits_of(case_.time.method).finds_equilibria() || case_.world.gravity.is_zero()) return;
     const auto is_pinned = [](const BodyCase& body) { return !body.pin.empty(); };
@@ -236,8 +239,8 @@ class Checker {
     }
   }
 
-  // Returns the names of bodies that hang by ties or seams from a pinned body or an obstacle,
-  // directly or through other bodies.
+  // Returns the names of bodies without pins that ties or seams connect to a pinned body or an
+  // obstacle, directly or through other bodies.
   std::vector<std::string> held_by_ties() const {
     std::vector<std::string> held;
     const auto is_held = [&](const std::string& name) {
@@ -375,7 +378,7 @@ std::string late_pins_notice(const Case& target) {
 }
 
 void check_case(const Case& target, const Locations& locations) {
-  Checker(target, locations).check();
+  CaseChecker(target, locations).check();
 }
 
 }  // namespace weft::sim

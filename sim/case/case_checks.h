@@ -1,4 +1,4 @@
-// Checks the rules of a case that compare one value with another.
+// Checks of a case that compare one value with another.
 #pragma once
 
 #include <string>
@@ -9,17 +9,17 @@
 namespace weft::sim {
 
 // Throws CaseError, placed at the value that breaks a rule. Preconditions: every single value is
-// within its limits (case_schema.h), and every body has the name of a material.
+// within its limits (case_schema.h), and BodyCase::material is set for every body.
 void check_case(const Case& target, const Locations& locations);
 
-// Returns the largest time.position_tolerance (m) at which contact is reliable; infinite without
-// contact.
+// Returns the largest time.position_tolerance (m) at which contact is reliable, or infinity if
+// contact is disabled.
 double position_tolerance_limit(const Case& target);
 
-// Returns a notice if the fixed step is longer than the time between frames, else nothing.
+// Returns a notice if the fixed step is longer than the time between frames, else an empty string.
 std::string long_step_notice(const TimeCase& time);
-// Returns a notice about the first pin whose hold_time or release_time is not within the run, else
-// nothing.
+// Returns a notice about the first pin whose hold_time or release_time is not before the end of the
+// run. Returns an empty string if there is none.
 std::string late_pins_notice(const Case& target);
 
 }  // namespace weft::sim

@@ -1,5 +1,4 @@
-// Writes the JSON schema and the reference page of case files, from the schema that the reader
-// uses.
+// Writes the JSON schema and the reference page of case files from the schema (case_schema.h).
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -19,7 +18,7 @@ constexpr const char* identifier_pattern = "^[A-Za-z0-9_-]+$";
 
 Json table_schema(const Table& table);
 
-// Returns the schema of a number with its limits.
+// Returns the JSON schema of a number within the field's limits.
 Json number_schema(const Field& field, const char* type) {
   Json schema{{"type", type}};
   const Limits& limits = field.limits;
@@ -38,8 +37,8 @@ Json array_schema(Json items, std::size_t least, std::size_t most) {
   return schema;
 }
 
-// Makes the schema of a field, with its default if one is stored. There is one overload per kind of
-// member.
+// Visitor that returns the JSON schema of a field, with its default if the field has a constant
+// default value.
 struct FieldSchema {
   const Field& field;
 
@@ -93,7 +92,8 @@ struct FieldSchema {
     if (field.names.empty()) return entries({{"type", "string"}, {"pattern", identifier_pattern}});
     return entries({{"enum", field.names}});
   }
-  // Lists the forms of a value that may vary in time. All defaults are constants.
+  // Returns the schema of a value that may vary in time: a constant, a curve or a gust. Its default
+  // is always a constant.
   template <class Value>
   Json operator()(const Varying<Value>* value) const {
     const Value constant = value->constant();
@@ -127,7 +127,7 @@ struct FieldSchema {
   }
 };
 
-// Returns the rule for one value of a switch: which keys it requires and which it forbids.
+// Returns the rule for one value of a switch: the keys that this value requires and forbids.
 Json switch_schema(const Table& table, const Field& switch_field, const std::string& value) {
   const auto& choice = std::get<Choice>(switch_field.member);
   Json condition{{"properties", {{switch_field.key, {{"const", value}}}}}};
@@ -137,7 +137,9 @@ Json switch_schema(const Table& table, const Field& switch_field, const std::str
   Json needed = Json::array();
   Json forbidden = Json::object();
   for (const Field& field : table.fields) {
-    const Field* by = &field;  // the field that the switch rules, which may be this one's switch
+    // The loop follows the chain of switches from this field to the one that depends directly on
+    // `switch_field`, or else to the end of the chain.
+    const Field* by = &field;
     while (!by->switch_key.empty() && by->switch_key != switch_field.key)
       by = table.find(by->switch_key);
     if (by->switch_key.empty()) continue;
@@ -154,7 +156,7 @@ Json switch_schema(const Table& table, const Field& switch_field, const std::str
   return {{"if", std::move(condition)}, {"then", std::move(consequence)}};
 }
 
-// Adds the rules between the keys of a table: switches, and keys that exclude others.
+// Adds the rules between the keys of a table: its switches, and keys that exclude other keys.
 void add_key_rules(const Table& table, Json& schema) {
   for (const Field& field : table.fields) {
     if (const auto* choice = std::get_if<Choice>(&field.member)) {
@@ -204,7 +206,8 @@ std::string meaning_cell(const Field& field) {
 
 void write_page(const Table& table, const std::string& path, std::string& page);
 
-// Writes the section about one table that is a member of another.
+// Visitor that writes the section about a table inside another table. Other members have no
+// section.
 struct Section {
   const Field& field;
   const std::string& path;
@@ -248,7 +251,7 @@ void write_page(const Table& table, const std::string& path, std::string& page) 
   }
 }
 
-// Writes the section about the forms of keys that vary in time.
+// Writes the section about keys that may vary in time.
 void write_forms(std::string& page) {
   std::string keys;
   for (const std::string& key : keys_that_vary()) keys += (keys.empty() ? "" : ", ") + code(key);

@@ -4,7 +4,7 @@ namespace weft::sim {
 
 namespace {
 
-// Returns `file:line:col: message`, and the hint on its own line. Unknown parts are left out.
+// Returns `file:line:column: message`, and the hint on its own line. Empty parts are left out.
 std::string format(const SourceLocation& where, const std::string& message,
                    const std::string& hint) {
   std::string text = place_text(where);

@@ -1,5 +1,4 @@
-// The exception for bad user input. It is thrown only while a case is loaded and its scene is
-// built.
+// The exception for mistakes in a case or in the options of a command on a case.
 #pragma once
 
 #include <stdexcept>
@@ -9,10 +8,11 @@
 
 namespace weft::sim {
 
-// Returns the place as `file:line:col`, or as `file` if the line is 0.
+// Returns the place as `file:line:column`, or as `file` if the line is 0.
 std::string place_text(const SourceLocation& where);
 
-// An error in a case. what() is `file:line:col: message`, and the hint, if any, on the next line.
+// An error in a case. what() is the place, ": " and the message, followed by the hint, if any, on
+// the next line.
 class CaseError : public std::runtime_error {
  public:
   CaseError(const SourceLocation& where, const std::string& message, const std::string& hint = "");

@@ -1,4 +1,4 @@
-// Limits, fields and tables of the schema, and their descriptions in words.
+// Functions of Limits, Field and Table (case_schema.h), and descriptions of fields in words.
 #include <algorithm>
 #include <cmath>
 
@@ -96,7 +96,7 @@ const Field& ruled_out_by(const Field& field, const Table& table) {
 
 namespace {
 
-// Returns the number of entries in words: "2 numbers", "1 to 2 whole numbers", "names".
+// Returns the allowed number of entries in words: "2 numbers", "1 to 2 whole numbers", "names".
 std::string count_text(const Field& field, const std::string& noun) {
   const std::size_t least = field.minimum_entries;
   const std::size_t most = field.maximum_entries;
@@ -106,7 +106,7 @@ std::string count_text(const Field& field, const std::string& noun) {
   return count + ' ' + noun + 's';
 }
 
-// Describes the expected values in words. There is one overload per kind of member.
+// Visitor that returns the allowed values of a field in words.
 struct ExpectedText {
   const Field& field;
 

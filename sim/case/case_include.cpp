@@ -26,7 +26,8 @@ struct Include {
   SourceLocation where;
 };
 
-// Removes the [[include]] tables from the tree of `file` and returns their paths and places.
+// Removes the [[include]] tables from the tree of `file`. Returns the paths that they name, and the
+// places of these paths in `file`.
 std::vector<Include> take_includes(toml::table& tree, const std::string& file) {
   const toml::node* node = tree.get("include");
   if (node == nullptr) return {};
@@ -42,7 +43,8 @@ std::vector<Include> take_includes(toml::table& tree, const std::string& file) {
   return includes;
 }
 
-// Returns a path without links and dots, which is equal for all paths of one file.
+// Returns the canonical path of a file, without symbolic links and dots. All paths to one file have
+// the same canonical path.
 std::string identity_of(const std::string& file) {
   std::error_code error;
   const fs::path identity = fs::weakly_canonical(file, error);
@@ -72,7 +74,7 @@ void refuse_other_keys(const toml::table& tree) {
 }
 
 // Makes the path of an obstacle's shape file, if it has one, relative to the case file. `folder` is
-// the path from the folder of the case to the folder of the file with the obstacle.
+// the relative path from the case file's folder to the folder of the included file.
 void move_shape_path(toml::table& obstacle, const fs::path& folder) {
   if (auto* path = obstacle["shape"]["path"].as_string()) *path = (folder / path->get()).string();
 }
@@ -82,8 +84,8 @@ class Merger {
   Merger(toml::table& root, const std::string& path)
       : root_(root), chain_{{path, identity_of(path)}}, seen_{identity_of(path)} {}
 
-  // Merges the files that `tree` includes, which is the last file of the chain. `folder` is the
-  // path from the folder of the case to the folder of `tree`.
+  // Merges the files that `tree`, the tree of the last file in `chain_`, includes. `folder` is the
+  // relative path from the case file's folder to the folder of that file.
   void merge_includes_of(toml::table& tree, const fs::path& folder) {
     for (const Include& include : take_includes(tree, chain_.back().path)) {
       merge_file(include, folder);
@@ -162,9 +164,9 @@ class Merger {
     }
   }
 
-  // Returns the case's table or array `name`. Makes one if the case has none, at the place in the
-  // text where `tree` has the key. Returns null if the case has another kind of value there, which
-  // the reader will refuse. Precondition: `tree` has the key.
+  // Returns the case's table or array `name`. If the case has none, creates an empty one with the
+  // source location of this key in `tree`. Returns null if the case's value is not a List; the
+  // reader will refuse it. Precondition: `tree` has the key.
   template <class List>
   List* list_in_root(const toml::table& tree, const char* name) {
     if (root_.get(name) == nullptr) root_.insert(tree.find(name)->first, List{});
@@ -172,8 +174,8 @@ class Merger {
   }
 
   toml::table& root_;
-  std::vector<File> chain_;  // from the case file to the file being merged
-  std::set<std::string> seen_;
+  std::vector<File> chain_;     // from the case file to the file being merged
+  std::set<std::string> seen_;  // identities of all files reached so far
 };
 
 }  // namespace

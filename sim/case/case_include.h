@@ -7,17 +7,18 @@
 
 namespace weft::sim {
 
-// Merges the files that a case includes, directly or through other files, into the tree of the case
-// file `path`. Removes the case's [[include]] tables. A file that is reached twice is merged once.
+// Merges all files that the case file `path` includes, directly or through other files, into its
+// tree `root`. Removes the [[include]] tables from `root`. A file that is included twice is merged
+// once.
 //
 // An included file may hold [material.NAME], [[obstacle]] and [[include]]. Its obstacles come after
 // those of the file that includes it, and before those of files that it includes. Its values keep
-// their own file, line and column. Paths of shape files in it are relative to it; they become
-// relative to the case file.
+// their own file, line and column. Paths of shape files, which are relative to the included file,
+// become relative to the case file.
 //
-// Throws CaseError for a file that cannot be read, for other tables, and for a material that two
-// files define. Also throws it for files that include each other in a circle, and for chains of
-// more than 32 files.
+// Throws CaseError for a file that cannot be read, for a table that an included file may not hold,
+// and for a material that two files define. Also throws it for files that include each other in a
+// circle, and for chains of more than 32 files, including the case file.
 void merge_includes(toml::table& root, const std::string& path);
 
 }  // namespace weft::sim

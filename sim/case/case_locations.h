@@ -8,20 +8,20 @@
 
 namespace weft::sim {
 
-// Places of keys and values, by path (case_schema.h). The reader adds them. Checks that compare
-// values use them in their messages.
+// Places of keys and values in the text of a case, by path (see join_path() in case_schema.h).
 class Locations {
  public:
-  // `file` is the case file. A path without any place is reported as its first character.
+  // `file` is the path of the case file. Its first character is the place of every path for which
+  // neither the path nor a table around it has been added.
   explicit Locations(std::string file) : file_(std::move(file)) {}
 
   void add(const std::string& path, const SourceLocation& key, const SourceLocation& value) {
     places_.insert_or_assign(path, Place{key, value});
   }
-  // True if the text or an override gives this path a value.
+  // True if the place of this path has been added: the text or an override gives it a value.
   bool given(const std::string& path) const { return places_.contains(path); }
-  // Return the place of the key or of the value. The place of a table is its header. Without a
-  // place of its own, a path has the place of the nearest table around it.
+  // Return the place of the key or of the value at a path. The place of a table is its header. A
+  // path that has not been added has the place of the nearest table around it.
   SourceLocation key(const std::string& path) const;
   SourceLocation value(const std::string& path) const;
 

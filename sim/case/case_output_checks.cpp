@@ -54,7 +54,7 @@ class OutputChecker {
     }
   }
 
-  // Refuses a name that belongs to no body or obstacle.
+  // Throws CaseError if no body or obstacle has the name.
   void require_known(const std::string& name, const std::string& place) const {
     if (std::ranges::find(names_, name) != names_.end()) return;
     fail(place, "no body or obstacle is called " + in_quotes(name), name_hint(name, names_));

@@ -1,4 +1,4 @@
-// Checks the rules of [output], between its keys and with the rest of the case.
+// Checks of the table [output].
 #pragma once
 
 #include "sim/case/case.h"
@@ -6,7 +6,8 @@
 
 namespace weft::sim {
 
-// Throws CaseError, placed at the value that breaks a rule.
+// Throws CaseError if frame_times, bodies or part of [output] contradict each other or the rest of
+// the case. The error is placed at the value that breaks a rule.
 void check_output(const Case& target, const Locations& locations);
 
 }  // namespace weft::sim

@@ -41,19 +41,19 @@ class Override {
   const std::string& key() const { return keys_[position_]; }
   bool at_last_key() const { return position_ + 1 == keys_.size(); }
 
-  // Parses a TOML document. Its values carry the override as their source.
+  // Parses a TOML document. The override becomes the source file of its values.
   toml::table parsed(const std::string& text) const {
     return toml::parse(std::string_view(text), std::string_view(source_));
   }
-  // Parses the override's value. Text that is not TOML becomes a string. If the key expects a
-  // string, any other value becomes a string too.
+  // Parses the override's value into a document with the key "value". Text that is not a TOML value
+  // becomes a string. With `wants_string`, every other value becomes a string too.
   toml::table value(bool wants_string) const {
     try {
       toml::table document = parsed("value = " + value_);
       const bool usable = document.size() == 1 && (!wants_string || document["value"].is_string());
       if (usable) return document;
     } catch (const toml::parse_error&) {
-      // The text becomes a string, and the reader checks whether the key allows a string.
+      // The text becomes a string below. The reader checks later whether the key allows a string.
     }
     try {
       return parsed("value = " + toml_string(value_));
@@ -67,8 +67,7 @@ class Override {
     table.insert_or_assign(toml::key(name, std::move(region)), std::move(*document.get("value")));
   }
 
-  // child_table() and child_array() return the table or the array under the current key. An absent
-  // table is created. An absent array is an error.
+  // Returns the table under the current key. Creates an absent table.
   toml::table& child_table() {
     if (table_->get(key()) == nullptr) set(*table_, key(), parsed("value = {}"));
     toml::table* child = table_->get(key())->as_table();
@@ -78,6 +77,7 @@ class Override {
     }
     return *child;
   }
+  // Returns the array under the current key. Throws CaseError if it is absent.
   toml::array& child_array() const {
     toml::node* child = table_->get(key());
     if (child == nullptr) {
@@ -90,7 +90,7 @@ class Override {
     return *child->as_array();
   }
 
-  // Descends by one key of the path, or sets the value at the last key.
+  // Descends into the table under the current key, or sets the value if this is the last key.
   void step() {
     const Field* field = schema_.find(key());
     if (field == nullptr) {
@@ -131,7 +131,8 @@ class Override {
     return !key.empty() && std::ranges::all_of(key, [](char c) { return c >= '0' && c <= '9'; });
   }
 
-  // Returns the schema of the table of a field that varies, with the keys of all its forms.
+  // Returns the schema of the table that may replace the constant of a varying field. It has the
+  // keys of a curve and, if the field takes one, of a gust.
   Table varying_table(const Field& field) {
     if (std::holds_alternative<Varying<double>*>(field.member))
       return describe_curve(number_curve_, field);
@@ -148,7 +149,7 @@ class Override {
     ++position_;
     std::vector<std::string> names;
     for (auto&& [name, node] : list) names.emplace_back(name.str());
-    // A case without materials has one of defaults, which an override can change.
+    // A case without materials gets the material "default", which an override can change.
     if (names.empty()) names.emplace_back("default");
     if (std::find(names.begin(), names.end(), key()) == names.end()) {
       fail("the case has no " + in_quotes(list_key + '.' + key()), name_hint(key(), names));
@@ -164,7 +165,8 @@ class Override {
     ++position_;
   }
 
-  // Descends from a list of tables to the entry with this name or, without one, with this index.
+  // Descends from a list of tables to one entry. The next key is the name of the entry or, if no
+  // entry has this name, its index.
   void enter_entry(toml::array& list) {
     const std::string list_key = key();
     ++position_;
@@ -190,7 +192,7 @@ class Override {
     ++position_;
   }
 
-  // Sets one entry of an array.
+  // Sets the entry of an array whose index is the next key.
   void set_entry(const Field& field) {
     const bool is_array = std::holds_alternative<Vec3*>(field.member) ||
                           std::holds_alternative<Varying<Vec3>*>(field.member) ||
@@ -202,7 +204,7 @@ class Override {
     if (!is_array) {
       fail(in_quotes(key()) + " has no keys of its own", "expected " + expected_text(field));
     }
-    // An absent array starts from its default, so the other entries keep theirs.
+    // An absent array starts as its default, so the other entries keep their default values.
     const std::string by_default = value_text(field);
     if (table_->get(key()) == nullptr && !by_default.empty()) {
       set(*table_, key(), parsed("value = " + by_default));
@@ -238,7 +240,7 @@ class Override {
     if (list.empty()) return "";
     return "expected an index from 0 to " + std::to_string(list.size() - 1);
   }
-  // Returns the index that the key names, or list.size() if the key is not a valid index.
+  // Returns the current key as an index, or list.size() if it is not a valid index.
   std::size_t index_key(const toml::array& list) const {
     std::size_t index = 0;
     const char* end = key().data() + key().size();
@@ -247,8 +249,8 @@ class Override {
   }
 
   toml::table* table_;  // current table in the tree
-  Table schema_;        // schema of that table
-  // Storage to which schema_ points.
+  Table schema_;        // schema of *table_
+  // Objects to whose members the fields of schema_ point.
   Case prototype_;
   CurveCase<double> number_curve_;
   CurveCase<Vec3> vector_curve_;
@@ -257,7 +259,7 @@ class Override {
   std::vector<std::string> keys_;
   std::string value_;
   std::size_t position_ = 0;
-  std::string path_;  // of table_, for messages
+  std::string path_;  // path of the current table, for messages
   bool done_ = false;
 };
 

@@ -15,7 +15,8 @@ namespace weft::sim {
 namespace {
 
 // Gives each body without a material the only material of the case. A case without materials gets
-// one of defaults.
+// a material "default" with default values. Throws CaseError for a body without a material if the
+// case has several.
 void choose_materials(Case& target, const Locations& locations) {
   if (target.material.empty()) {
     target.material.emplace_back().name = "default";
@@ -43,12 +44,12 @@ bool changes_includes(const std::string& override_text) {
 Case parse_case(const std::string& text, const std::string& path,
                 const std::vector<std::string>& overrides) {
   toml::table root = parse_toml(text, path);
-  // Overrides of `include` choose the files. All other overrides also apply to included tables.
+  // Overrides of `include` choose the included files, so they precede the merge.
   for (const std::string& each : overrides) {
     if (changes_includes(each)) apply_override(root, each);
   }
   merge_includes(root, path);
-  // Overrides that choose presets come before the others, which may change an entry of a preset.
+  // Overrides that choose presets come next. The remaining ones may then change values of a preset.
   for (const std::string& each : overrides) {
     if (changes_presets(each)) apply_override(root, each);
   }

@@ -1,6 +1,6 @@
-// The schema of a case file: each struct of case.h as a list of fields, described once. The reader,
-// the overrides, the writer of resolved cases, the JSON schema and the reference page all use these
-// lists, so they agree.
+// The schema of a case file. It describes each struct of case.h once, as a list of fields. The
+// reader, the overrides, the writer of resolved cases, the JSON schema and the reference page use
+// these lists and therefore agree.
 #pragma once
 
 #include <functional>
@@ -14,8 +14,8 @@
 
 namespace weft::sim {
 
-// The range of numbers that a field allows; by default any finite number. NaN and infinity are
-// never allowed.
+// The range of numbers that a field allows. By default it allows every finite number. It never
+// allows NaN or infinity.
 struct Limits {
   double minimum = -std::numeric_limits<double>::infinity();
   double maximum = std::numeric_limits<double>::infinity();
@@ -23,27 +23,28 @@ struct Limits {
   bool maximum_excluded = false;
 
   bool allow(double value) const;
-  // Returns the limits in words: " > 0", " >= 0", " > -1 and < 1", or nothing.
+  // Returns the limits as text, such as " > 0" or " > -1 and < 1"; empty without limits.
   std::string text() const;
 };
 
 struct Table;
 
-// A member that holds a value of an enum. It is written by name; `names` follow the enum's order.
+// A member that holds a value of an enum, which case files write by name. get() and set() use the
+// index of the name in `names`.
 struct Choice {
   std::vector<std::string> names;
   std::function<std::size_t()> get;
   std::function<void(std::size_t)> set;
 };
 
-// A member that is a table. `open` creates the table if it is absent, and describes it.
+// A member that is a table. open() creates the table if it is absent, and returns its description.
 struct TableMember {
   std::function<bool()> present;
   std::function<Table()> open;
 };
 
-// A member that is a list of tables: [[key]], or [key.NAME] if `named`. `append` adds an entry with
-// defaults. It invalidates the descriptions of earlier entries.
+// A member that is a list of tables: [[key]], or [key.NAME] if `named`. append() adds an entry with
+// default values and returns its description. It invalidates the descriptions of earlier entries.
 struct TableList {
   bool named = false;
   std::function<std::size_t()> size;
@@ -61,15 +62,15 @@ struct Field {
   std::string key;
   Member member;
   std::string meaning;
-  std::string unit;          // empty: dimensionless, or not a number
-  Limits limits;             // of a number, or of each number of an array
-  bool required = false;     // only where the field applies
-  bool identifier = false;   // a string for which is_identifier() holds
+  std::string unit;          // empty: the value has no unit or is not a number
+  Limits limits;             // limits of a number, or of each number in an array
+  bool required = false;     // if true, the table needs the key wherever the field applies
+  bool identifier = false;   // if true, is_identifier() must hold for the string
   std::string default_text;  // describes a default that is computed instead of stored
-  std::size_t minimum_entries = 1, maximum_entries = 0;  // of an array; maximum 0: no limit
-  std::vector<std::string> names;  // allowed entries of an array of names; empty: any name
-  // The field applies only if the Choice `switch_key` of the same table has one of these values.
-  // Without a switch_key it always applies.
+  std::size_t minimum_entries = 1, maximum_entries = 0;  // size of an array; maximum 0: no limit
+  std::vector<std::string> names;  // values allowed for a name or for each of several; empty: any
+  // A field with a switch_key applies only if the Choice of this key, in the same table, applies
+  // and has one of the switch_values. A field without a switch_key always applies.
   std::string switch_key;
   std::vector<std::string> switch_values;
   std::vector<std::string> excluded_by;  // keys of the same table that must be absent
@@ -87,8 +88,8 @@ struct Field {
 
 struct Table {
   std::vector<Field> fields;
-  std::string* name = nullptr;         // of a [key.NAME] entry, which takes it from its key
-  SourceLocation* location = nullptr;  // member that stores the table's place in the file
+  std::string* name = nullptr;  // member that stores NAME of [key.NAME]; null in other tables
+  SourceLocation* location = nullptr;  // member that stores the table's place, or null
 
   const Field* find(const std::string& key) const;
   std::vector<std::string> keys() const;
@@ -98,7 +99,7 @@ struct Table {
 // the description is in use, lists of the case may grow only by `append`.
 Table describe(Case& target);
 
-// Describe the tables of a case, likewise.
+// Describe the tables of a case. Each `target` must outlive its description.
 Table describe(TimeCase& target);
 Table describe(StaticCase& target);
 Table describe(WorldCase& target);
@@ -123,8 +124,8 @@ Table describe(LoadCase& target);
 Table describe(TieCase& target);
 Table describe(SeamCase& target);
 
-// Describe the tables that can replace the constant of a Varying field. A curve has the unit and
-// the limits of the field `of`.
+// Describe the tables that may replace the constant of a Varying field: a curve or a gust. The
+// values of a curve have the unit and the limits of the field `of`.
 template <class Value>
 Table describe_curve(CurveCase<Value>& target, const Field& of);
 extern template Table describe_curve(CurveCase<double>&, const Field&);
@@ -135,15 +136,15 @@ inline bool is_varying(const Field& field) {
   return std::holds_alternative<Varying<double>*>(field.member) ||
          std::holds_alternative<Varying<Vec3>*>(field.member);
 }
-// True if the field has a value that varies in time.
+// True if the present value of the field varies in time.
 bool varies(const Field& field);
 // Returns the keys that may vary in time: "world.wind", "material.NAME.mass_damping", ...
 std::vector<std::string> keys_that_vary();
 
-// True if the field applies in `table`: it has no switch, or the switch itself applies and has one
-// of its values.
+// True if the field, which belongs to `table`, applies there (see Field::switch_key).
 bool applies(const Field& field, const Table& table);
-// Returns the field whose switch rules this one out: itself, or its switch or the switch of that.
+// Returns the reason why a field does not apply: a field whose switch applies but has none of the
+// switch_values. It is the field itself, its switch, the switch of its switch, and so on.
 // Precondition: the field does not apply.
 const Field& ruled_out_by(const Field& field, const Table& table);
 
@@ -151,14 +152,14 @@ const Field& ruled_out_by(const Field& field, const Table& table);
 // (m)`, `one of "a", "b"`.
 std::string expected_text(const Field& field);
 
-// Returns a path with a further key or index, such as "body[0].shape.size" or "material.cotton".
-// Dots join keys, and brackets hold the index of a list's entry. A named entry counts as a key. The
-// empty path is the case itself.
+// Return a path extended by a key or an index, such as "body[0].shape.size". Dots separate keys.
+// Brackets hold the index of an entry of a list. The name of a named entry is a key, as in
+// "material.cotton". The empty path is the case itself.
 std::string join_path(const std::string& path, const std::string& key);
 std::string join_path(const std::string& path, std::size_t index);
 
-// Returns the header of the table at a path as in the file: `[body.shape]`, `[[body.pin]]`,
-// `[material.cotton]`, or `the case`.
+// Returns the header of the table at a path, as case files write it: `[body.shape]`,
+// `[[body.pin]]`, `[material.cotton]`. Returns `the case` for the empty path.
 std::string heading(const std::string& path);
 
 }  // namespace weft::sim

@@ -14,12 +14,13 @@ namespace weft::sim {
 
 namespace {
 
-// Largest number of vertices of a body. It keeps every index well within an int.
+// Largest number of vertices of a shape. It keeps every index of a vertex within an int.
 constexpr int most_vertices = 100'000'000;
 
-// Size of a shape's image. 64 bits are enough for any resolution that an int can express.
+// The size of a shape's image. Rows and columns have 64 bits because, for some shapes, they exceed
+// the resolution, which is an int.
 struct ImageSize {
-  std::int64_t patches;  // all of equal size
+  std::int64_t patches;  // number of patches, which all have the same rows and columns
   std::int64_t rows;
   std::int64_t cols;
 
@@ -35,8 +36,8 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
-// Returns the size of the image of a block with x, y and z quads along its axes (make_box() in
-// bsi/shapes.h). The number of patches may exceed 64 bits, so it is capped far above most_vertices.
+// Returns the size of the image that make_box() (bsi/shapes.h) gives a box with x, y and z quads
+// along its axes. The number of patches is capped at 1e18, because it may exceed 64 bits.
 ImageSize block_size(std::int64_t x, std::int64_t y, std::int64_t z) {
   const std::int64_t side = std::gcd(std::gcd(x, y), z);
   const auto tiles = [side](std::int64_t quads) {
@@ -47,7 +48,7 @@ ImageSize block_size(std::int64_t x, std::int64_t y, std::int64_t z) {
   return {static_cast<std::int64_t>(std::min(patches, 1e18)), side + 1, side + 1};
 }
 
-// True if the columns of the shape's only patch close around the z axis.
+// True if the shape's uncut image is closed: its last column is joined to the first one.
 bool closes_around(const ShapeCase& shape) {
   switch (shape.type) {
     case ShapeType::annulus:
@@ -61,13 +62,14 @@ bool closes_around(const ShapeCase& shape) {
   }
 }
 
-// Quads along an axis of a shape's only patch: 0 along its rows' direction v, 1 along u.
+// Returns the number of rows of quads (axis 0) or of columns of quads (axis 1) in a shape's uncut
+// image.
 std::int64_t quads_along(const ShapeCase& shape, int axis) {
   const bool is_closed = axis == 0 ? shape.type == ShapeType::torus : closes_around(shape);
   return shape.resolution[axis] - (is_closed ? 0 : 1);
 }
 
-// Returns the size of the image of a shape that is one patch, or cut into patches of one size.
+// Returns the size of the image of a shape that ShapeCase::patches may cut into equal patches.
 ImageSize cut_size(const ShapeCase& shape) {
   ImageSize size{1, shape.resolution[0], shape.resolution[1]};
   if (shape.patches.empty()) return size;
@@ -104,7 +106,7 @@ std::optional<ImageSize> image_size(const ShapeCase& shape) {
   }
 }
 
-// The number of entries of a shape's "resolution", and their meaning.
+// The number of entries that a shape's "resolution" must have, and a hint that explains them.
 struct ResolutionEntries {
   std::size_t count;
   const char* hint;
@@ -232,8 +234,8 @@ class ShapeChecker {
   const Locations& locations_;
 };
 
-// Checks a range of rows or columns. `size` is the number of rows or columns of the image, if it is
-// known.
+// Checks a range of rows or columns. `size` is the number of rows or columns of the image, or empty
+// if it is unknown.
 class RangeChecker {
  public:
   RangeChecker(std::string key, const std::vector<int>& range, std::optional<std::int64_t> size,
@@ -265,8 +267,8 @@ class RangeChecker {
     }
   }
 
-  // Refuses an empty range. Without the size, a negative index cannot be compared with a positive
-  // one.
+  // Refuses an empty range. If the size is unknown, a negative index cannot be compared with a
+  // positive one, and the range passes.
   void order() const {
     std::int64_t first = range_[0];
     std::int64_t last = range_[1];
@@ -371,7 +373,7 @@ void check_shape(const ShapeCase& shape, const std::string& path, const std::str
                  const Locations& locations) {
   if (shape.type == ShapeType::file) {
     const auto file = std::filesystem::path(case_path).parent_path() / shape.path;
-    std::error_code ignored;  // an inaccessible path is no usable file either
+    std::error_code ignored;  // a path that cannot be accessed counts as no file
     if (std::filesystem::is_regular_file(file, ignored)) return;
     throw CaseError(locations.value(join_path(path, "path")), "no file " + in_quotes(shape.path),
                     "expected an HDF5 file, here " + file.string());

@@ -1,4 +1,4 @@
-// Checks the rules of shapes and of selections of their vertices.
+// Checks of shapes and of selections of their vertices.
 #pragma once
 
 #include <optional>
@@ -10,29 +10,32 @@
 
 namespace weft::sim {
 
-// Number of vertices along each side of a plane.
+// Number of vertices along each side of a shape of type plane.
 constexpr int plane_vertices = 17;
 
-// True for a cone that ends in a point instead of an opening.
+// True if the shape is a cone that ends in a point instead of an opening.
 inline bool has_apex(const ShapeCase& shape) {
   return shape.type == ShapeType::cone && shape.top_radius == 0;
 }
 
-// The check functions below throw CaseError, placed at the value that breaks a rule. For a pin, tie
-// or load that selects nothing, the place is its header. `path` is the path of the table in the
-// case (case_schema.h). The path of a file shape is relative to the case file `case_path`.
+// Checks a shape. Throws CaseError, placed at the value that breaks a rule. `path` is the shape's
+// path in the case (case_schema.h). `case_path` is the path of the case file, to which the path of
+// a file with a shape is relative.
 void check_shape(const ShapeCase& shape, const std::string& path, const std::string& case_path,
                  const Locations& locations);
-// `rest` is the rest shape of the body with this start.
+// Checks a start, like check_shape(). `rest` is the rest shape of the same body. `path` is the path
+// of the start in the case.
 void check_start(const StartCase& start, const ShapeCase& rest, const std::string& path,
                  const std::string& case_path, const Locations& locations);
-// `owner` is "pin", "tie" or "load". `shape` is the shape of the body whose vertices are selected.
+// Checks a selection of vertices of a body with this shape. Throws CaseError, placed at the value
+// that breaks a rule or, if nothing is selected, at the header of the table. `owner` is "pin",
+// "tie" or "load"; `path` is the path of its table in the case.
 void check_selection(const VertexSelection& vertices, const std::string& owner,
                      const ShapeCase& shape, const std::string& path, const Locations& locations);
 
-// Checks ranges [first, last] of rows and columns in the image of a shape. Negative indices count
-// from the end. A range without entries passes. `path` is the path of the table with the keys
-// `rows` and `cols`.
+// Checks the ranges [first, last] of rows and columns in the image of a shape. Throws CaseError,
+// placed at the value that breaks a rule. Negative indices count from the end. An empty vector
+// stands for all rows or columns. `path` is the path of the table with the keys `rows` and `cols`.
 void check_rows_and_cols(const ShapeCase& shape, const std::vector<int>& rows,
                          const std::vector<int>& cols, const std::string& path,
                          const Locations& locations);
@@ -42,8 +45,8 @@ void check_rows_and_cols(const ShapeCase& shape, const std::vector<int>& rows,
 void check_edge_range(const ShapeCase& shape, ImageEdge edge, const std::vector<int>& range,
                       const std::string& path, const std::string& key, const Locations& locations);
 
-// Returns the number of vertices of a shape. Vertices on a seam count once per patch. Empty for a
-// shape from a file, whose size is unknown before the file is opened.
+// Returns the number of vertices of a shape. Vertices on a seam count once per patch. Returns
+// nothing for a shape from a file, whose size is unknown before the file is opened.
 std::optional<double> vertices_of(const ShapeCase& shape);
 
 }  // namespace weft::sim

@@ -10,7 +10,7 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the values that a field allows, in words; for a table, its header.
+// Returns the values that a field allows, in words. For a table, the text names its header.
 std::string wanted(const Field& field, const std::string& path) {
   if (const auto* list = std::get_if<TableList>(&field.member)) {
     return "tables " + heading(list->named ? join_path(path, "NAME") : join_path(path, 0));
@@ -29,7 +29,7 @@ void refuse_unknown_keys(const toml::table& source, const std::vector<std::strin
                   "unknown key " + in_quotes(name) + " in " + heading(path), name_hint(name, keys));
 }
 
-// Throws CaseError if the value is a curve or a gust, but the field must be constant.
+// Throws CaseError if the value looks like a curve or a gust but the field must be constant.
 void refuse_curve(const Field& field, const toml::node& node) {
   const bool is_number = std::holds_alternative<double*>(field.member) ||
                          std::holds_alternative<std::optional<double>*>(field.member) ||
@@ -44,7 +44,7 @@ void refuse_curve(const Field& field, const toml::node& node) {
       "expected " + expected_text(field) + "; these can vary: " + quoted_list(keys_that_vary()));
 }
 
-// Reads one value into one member. Errors are placed at the value or, in an array, at the entry.
+// Visitor that reads a TOML value into the member of a field.
 class ValueReader {
  public:
   ValueReader(const Field& field, const toml::node& node, std::string path, Locations& locations)
@@ -148,7 +148,7 @@ class ValueReader {
     fail(at, in_quotes(field_.key) + " is " + value);
   }
 
-  // Reads a curve or a gust, depending on the keys of the table.
+  // Reads a table that replaces a constant: a curve or a gust, depending on its keys.
   template <class Value>
   void read_varying(const toml::table& source, Varying<Value>& target) const {
     CurveCase<Value> curve;
@@ -220,7 +220,7 @@ class ValueReader {
     return static_cast<int>(whole);
   }
 
-  // Returns a number, which the text may also write as a whole number.
+  // Returns the node as a number. The text may write it without a point.
   double number(const toml::node& at, const std::string& what) const {
     if (!at.is_number()) fail_kind(at, what);
     const auto* whole = at.as_integer();
@@ -236,7 +236,7 @@ class ValueReader {
     return value->get();
   }
 
-  // Returns an entry of an array that allows any name.
+  // Returns the node as a string. Throws CaseError unless is_identifier() holds for it.
   std::string identifier(const toml::node& at, const std::string& what) const {
     std::string name = string(at, what);
     if (!is_identifier(name)) {
@@ -256,8 +256,8 @@ class ValueReader {
                     name_hint(name, names));
   }
 
-  // Returns the array after checking its number of entries and adding their places. `most` = 0
-  // means no limit.
+  // Returns the value as an array of `least` to `most` entries, after adding the places of the
+  // entries to the locations. `most` = 0 means no upper limit.
   const toml::array& array(std::size_t least, std::size_t most) const {
     const auto* source = node_.as_array();
     if (source == nullptr) fail_kind();
@@ -305,7 +305,7 @@ class ValueReader {
   Locations& locations_;
 };
 
-// Throws CaseError at a key that is excluded by the table's other keys.
+// Throws CaseError at a key that another key of the table excludes, or that does not apply.
 void refuse_misplaced_keys(const Table& target, const std::string& path,
                            const Locations& locations) {
   for (const Field& field : target.fields) {
@@ -329,7 +329,7 @@ void refuse_misplaced_keys(const Table& target, const std::string& path,
   }
 }
 
-// Throws CaseError at the table's header if it lacks a required key.
+// Throws CaseError at the table's header if the table lacks a required key.
 void require_keys(const toml::table& source, const Table& target, const std::string& path) {
   for (const Field& field : target.fields) {
     if (!field.required || !applies(field, target) || source.contains(field.key)) continue;

@@ -10,13 +10,13 @@ namespace weft::sim {
 
 namespace {
 
-// Length of the longest text that a message quotes in full (bytes).
+// Length (bytes) of the longest text that in_quotes() does not cut.
 constexpr std::size_t longest_quote = 160;
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
-// Returns the optimal string alignment distance, ignoring case: insertion, deletion, replacement
-// and the swap of two neighbours count one each.
+// Returns the optimal string alignment distance of two texts, ignoring case. Insertion, deletion,
+// replacement and the swap of two neighbours cost 1 each.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   const std::size_t width = b.size() + 1;
   std::vector<std::size_t> table((a.size() + 1) * width);
@@ -71,7 +71,7 @@ std::string printable(const std::string& text, bool keep_lines) {
   for (std::size_t i = 0; i < text.size();) {
     const auto code = static_cast<unsigned char>(text[i]);
     const std::size_t length = utf8_length(text, i);
-    // The control characters U+0080 to U+009F begin with byte 0xc2.
+    // The UTF-8 sequences of the control characters U+0080 to U+009F begin with byte 0xc2.
     const bool upper_control = code == 0xc2 && length == 2 && (text[i + 1] & 0x60) == 0;
     const bool control = code < 0x20 || code == 0x7f || upper_control;
     if (length > 0 && (!control || (keep_lines && code == '\n'))) {

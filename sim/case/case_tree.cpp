@@ -17,8 +17,8 @@ namespace {
 constexpr std::string_view override_prefix = "--set ";
 constexpr std::string_view preset_prefix = "preset \"";
 constexpr int most_key_parts = 1000;
-// Largest size of a case file (bytes). Such a file can hold a hundred thousand keyframes, and
-// toml++ parses it in two seconds.
+// Largest size of a case file (bytes). A file of this size can hold a hundred thousand keyframes,
+// and toml++ parses it in about two seconds.
 constexpr std::size_t longest_case = std::size_t{8} << 20;
 
 SourceLocation place_in(const std::string& text, std::size_t byte, const std::string& path) {
@@ -33,8 +33,8 @@ SourceLocation place_in(const std::string& text, std::size_t byte, const std::st
 }  // namespace
 
 std::size_t find_deep_key(const std::string& text) {
-  // These characters end a key. A text with most_key_parts points and without such a character
-  // counts as a key that is too deep, even within a string or a comment.
+  // These characters end a key. A piece of text with most_key_parts points and none of these
+  // characters counts as a key that is too deep, even within a string or a comment.
   constexpr std::string_view separators = "\n=,[]{}#";
   std::size_t start = 0;
   int points = 0;
@@ -116,8 +116,8 @@ toml::table parse_toml(const std::string& text, const std::string& path) {
   try {
     return toml::parse(std::string_view(text), std::string_view(path));
   } catch (const toml::parse_error& error) {
-    // The message reads like "Error while parsing key-value pair: expected value, saw '\n'". Its
-    // second half becomes the hint.
+    // The message is like "Error while parsing key-value pair: expected value, saw '\n'". The part
+    // from "expected" on becomes the hint.
     const std::string description(error.description());
     const std::size_t hint = description.find(": expected");
     const SourceLocation where{path, static_cast<int>(error.source().begin.line),

@@ -30,8 +30,7 @@ std::string inline_table(const Table& table) {
   return "{ " + text + " }";
 }
 
-// Makes the TOML text of a member. An absent whole number is "auto"; the text is empty for a table
-// and for any other absent value.
+// Visitor that returns the TOML text of a member (see value_text()).
 struct ValueText {
   const Field& field;
 
@@ -44,7 +43,7 @@ struct ValueText {
   std::string operator()(const std::optional<double>* value) const {
     return *value ? toml_number(**value) : "";
   }
-  // A name out of a list may be absent.
+  // A string with a list of allowed names may be absent; it is then empty.
   std::string operator()(const std::string* value) const {
     return value->empty() && !field.names.empty() ? "" : toml_string(*value);
   }
@@ -85,7 +84,7 @@ bool is_table(const Field& field) {
          std::holds_alternative<TableList>(field.member);
 }
 
-// True if a key that rules this one out has a value.
+// True if a key that excludes this field (Field::excluded_by) has a value.
 bool is_excluded(const Field& field, const Table& table) {
   return std::ranges::any_of(field.excluded_by, [&](const std::string& key) {
     const Field& other = *table.find(key);
@@ -98,7 +97,7 @@ bool is_excluded(const Field& field, const Table& table) {
 void write_table(const Table& table, const std::string& header, std::string& text);
 
 struct TableWriter {
-  std::string key;  // with dots, without indices
+  std::string key;  // path of the member, with dots but without indices
   std::string& text;
 
   void operator()(const TableMember& member) const {
@@ -119,7 +118,8 @@ struct TableWriter {
   void operator()(const Choice&) const {}
 };
 
-// Writes values before tables, because in TOML everything after a table's header belongs to it.
+// Writes a table: first its values, then the tables inside it. In TOML, a value after the header of
+// an inner table would belong to that table.
 void write_table(const Table& table, const std::string& header, std::string& text) {
   for (const Field& field : table.fields) {
     if (is_table(field) || !applies(field, table) || is_excluded(field, table)) continue;

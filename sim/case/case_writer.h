@@ -8,12 +8,13 @@
 
 namespace weft::sim {
 
-// Returns the case as TOML with every default, in the order of case_schema.cpp. Computed defaults
-// become comments. If the text is parsed again beside the files that it names, it gives an equal
-// case and, bit for bit, the same text.
+// Returns the case as TOML with every default, in the order of the schema. Computed defaults become
+// comments, and so does source.accuracy_choice. If that is empty, parse_case() turns the text back
+// into an equal case with the identical text, provided that the files named by the text exist.
 std::string case_text(const Case& source);
 
-// Returns the value of a field as TOML; empty for a table, an empty list or an absent value.
+// Returns the value of a field as TOML. Returns an empty text for a table, an empty list or an
+// absent value; but an absent whole number is "auto".
 std::string value_text(const Field& field);
 
 // Returns a TOML basic string, quoted and escaped, on one line.

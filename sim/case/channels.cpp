@@ -64,7 +64,7 @@ const BodyCase* first_body(const Case& source, const Condition& condition) {
   return found == source.body.end() ? nullptr : &*found;
 }
 
-// True if the channel is computed from the triangles of cloth.
+// True if the channel is computed from the triangles of cloth, so that shells do not have it.
 bool is_of_triangles(ChannelId id) {
   return id == ChannelId::membrane_strain || id == ChannelId::membrane_stress ||
          id == ChannelId::bending_curvature || id == ChannelId::bending_moment ||

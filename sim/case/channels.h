@@ -1,4 +1,4 @@
-// The channels that a case may record besides the positions: their names, and their datasets in a
+// The channels: quantities that a case may record besides the positions, with their datasets in a
 // trajectory.
 #pragma once
 
@@ -29,12 +29,12 @@ enum class ChannelId {
 struct ChannelDataset {
   const char* name;
   const char* units;
-  int components = 1;  // 3: a vector
+  int components = 1;  // 1: a number, 3: a vector
 };
 
 struct Channel {
-  // The places that have values: every texel of a body; every support (pin, tie, obstacle or held
-  // body); every simulated body; the run as a whole.
+  // The objects for which a channel has values: the texels of bodies, the supports (pins, ties,
+  // obstacles and held bodies), the simulated bodies, or the run as a whole.
   enum class Home { texels, supports, bodies, run };
   const char* name;
   ChannelId id;
@@ -42,7 +42,7 @@ struct Channel {
   std::span<const ChannelDataset> datasets;
 };
 
-// Returns all channels. sim/channels/recorded_channels.cpp computes them.
+// Returns all channels, in a fixed order.
 std::span<const Channel> all_channels();
 std::vector<std::string> channel_names();
 
@@ -51,8 +51,9 @@ bool records(const OutputCase& output, ChannelId id);
 // Returns the channels that the case records, in the order of all_channels().
 std::vector<const Channel*> recorded_channels(const OutputCase& output);
 
-// Returns a reason to refuse a channel: the case cannot compute it, or its values would be missing
-// or zero everywhere. Returns nothing if there is none. `hint` receives the expected alternatives.
+// Returns the reason to refuse a channel: the case cannot compute it, or its values would be
+// missing or zero everywhere. `hint` then receives the expected alternatives. Returns an empty text
+// for a channel that the case may record.
 std::string reason_against(const Channel& channel, const Case& source, std::string& hint);
 
 }  // namespace weft::sim

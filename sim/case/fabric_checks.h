@@ -5,9 +5,9 @@
 
 namespace weft::sim {
 
-// Throws CaseError at the first key that is missing, out of order or in contradiction to another
-// one. Covers the tables orthotropic_membrane, measured_membrane and orthotropic_bending of all
-// materials of `target`.
+// Checks the tables orthotropic_membrane, measured_membrane and orthotropic_bending of all
+// materials of `target`. Throws CaseError at the first value that breaks a rule, or at the header
+// of a table that lacks a key.
 void check_fabrics(const Case& target, const Locations& locations);
 
 }  // namespace weft::sim

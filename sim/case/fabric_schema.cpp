@@ -1,4 +1,4 @@
-// The tables of a material whose stiffness depends on the direction.
+// Describes the tables of materials whose stiffness depends on the direction.
 #include "sim/case/case_schema.h"
 #include "sim/case/field_makers.h"
 

@@ -1,4 +1,4 @@
-// Functions that make the fields of case_schema.h, for the files that describe tables.
+// Functions that make Field objects (case_schema.h). The files *_schema.cpp use them.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +30,7 @@ inline Field field(std::string key, Member member, std::string unit, Limits limi
   return result;
 }
 
-// Makes a field without numbers: a name, a switch or a table.
+// Makes a field without unit and limits, for values that are not numbers.
 inline Field field(std::string key, Member member, std::string meaning) {
   return field(std::move(key), std::move(member), "", any, std::move(meaning));
 }

@@ -8,22 +8,23 @@
 
 namespace weft::sim {
 
-// The frames are at output.frame_times, if given. Otherwise they are at the start, at every
-// multiple of the interval and at the end.
+// The times of frames are output.frame_times, if given. Otherwise they are the start, every
+// multiple of 1 / time.frames_per_second, and the end of the run.
 class FrameTimes {
  public:
   explicit FrameTimes(const Case& source);
 
-  // Returns the time (s) of a frame, counted from 0, or nothing after the last frame.
+  // Returns the time (s) of a frame. `frame` counts from 0. Returns nothing after the last frame.
   std::optional<double> at(long frame) const;
-  // Returns the number of frames. Without output.frame_times rounding may change it by one.
+  // Returns the number of frames. Without output.frame_times it may be wrong by one, due to
+  // rounding.
   double count() const;
-  // True if there may be a frame after `from` and not after `to` (s).
+  // True if a frame may lie in the half-open interval (from, to], in seconds.
   bool are_between(double from, double to) const;
 
  private:
-  std::vector<double> times_;  // empty: frames by rate
-  double rate_, duration_;     // 1/s, s
+  std::vector<double> times_;  // output.frame_times (s)
+  double rate_, duration_;     // time.frames_per_second (1/s) and time.duration (s)
 };
 
 }  // namespace weft::sim

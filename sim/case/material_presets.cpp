@@ -17,22 +17,23 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// An entry of material_presets.inc.
+// A preset as material_presets.inc gives it.
 struct PresetText {
   const char *name, *description, *source;
-  const char* keys;  // TOML
+  const char* keys;  // TOML text of MaterialPreset::keys
 };
 
 #include "sim/case/material_presets.inc"
 
-constexpr std::string_view preset_place = "preset \"";  // prefix of the place of preset values
+// Prefix of the source file of all values of presets.
+constexpr std::string_view preset_place = "preset \"";
 
 toml::array* array_at(toml::table& keys, const char* table, const char* key) {
   return keys[table][key].as_array();
 }
 
-// Makes published numbers valid. Some fitted numbers are negative, which no cloth can be: they
-// become zero. Couplings above the root of warp x weft become that root.
+// Changes published numbers that a case would refuse. Negative coefficients become zero. Couplings
+// above the square root of warp times weft become that root.
 class Changer {
  public:
   explicit Changer(MaterialPreset& preset) : preset_(preset) {}
@@ -79,7 +80,7 @@ bool is_of_preset(const toml::node& node) {
   return path && path->starts_with(preset_place);
 }
 
-// Moves entries of `more` that `table` lacks into `table`. A copy would lose its place in the text.
+// Moves the entries of `more` that `table` lacks into `table`. Copies would lose their source file.
 void fill(toml::table& table, toml::table& more) {
   for (auto&& [key, node] : more) {
     toml::node* own = table.get(key.str());
@@ -91,8 +92,7 @@ void fill(toml::table& table, toml::table& more) {
   }
 }
 
-// Returns true if the case itself gives a key that excludes this field, or that this field
-// excludes.
+// True if the case itself gives a key that excludes this field, or that this field excludes.
 bool is_excluded(const Field& field, const Table& schema, const toml::table& table) {
   return std::ranges::any_of(schema.fields, [&](const Field& other) {
     const toml::node* given = table.get(other.key);
@@ -102,7 +102,7 @@ bool is_excluded(const Field& field, const Table& schema, const toml::table& tab
   });
 }
 
-// Returns true if the switches of the table, or their defaults, allow a value of the field.
+// True if the field applies with the switches that the table gives, or else with their defaults.
 bool is_switched_on(const Field& field, const Table& schema, const toml::table& table) {
   if (field.switch_key.empty()) return true;
   const Field& by = *schema.find(field.switch_key);
@@ -127,7 +127,7 @@ void remove_overridden(toml::table& table, const Table& schema) {
   for (const std::string& key : overridden) table.erase(key);
 }
 
-// Calls visit(material) for the materials of the tree that name a preset.
+// Calls visit(material) for every material of the tree that names a preset.
 template <class Visit>
 void for_each_preset(toml::table& root, const Visit& visit) {
   toml::table* materials = root["material"].as_table();
@@ -155,8 +155,8 @@ Json json_of(const toml::node& node) {
   return *node.value<double>();
 }
 
-// Writes "key = value" for every value of a table. Keys of tables inside it are written with their
-// path.
+// Writes a line "KEY = VALUE" for every value of a table and of the tables inside it. KEY is the
+// path of the value.
 void write_values(const toml::table& table, const std::string& path, std::ostream& out) {
   for (auto&& [key, node] : table) {
     const std::string name = join_path(path, std::string(key.str()));

@@ -1,4 +1,4 @@
-// Published materials, whose values a [material.NAME] takes by preset = "NAME".
+// Presets: published materials whose values a [material.NAME] takes over by the key `preset`.
 #pragma once
 
 #include <toml++/toml.h>
@@ -8,16 +8,16 @@
 
 namespace weft::sim {
 
-// A published number that a case would refuse, and the number that the preset has in its place.
+// A published number that a case would refuse, and the number that the preset has instead.
 struct PresetChange {
-  std::string key;  // "measured_membrane.shear[1]"
+  std::string key;  // path of the number, such as "measured_membrane.shear[1]"
   double published = 0, value = 0;
 };
 
 struct MaterialPreset {
   std::string name, description;
-  std::string source;  // publication of its numbers
-  toml::table keys;    // keys of a [material.NAME]; their place in the text is `preset "NAME"`
+  std::string source;  // publication from which the numbers come
+  toml::table keys;    // keys of a [material.NAME]; their source file is `preset "NAME"`
   std::vector<PresetChange> changes;
 };
 
@@ -25,19 +25,20 @@ struct MaterialPreset {
 const std::vector<MaterialPreset>& material_presets();
 std::vector<std::string> preset_names();
 
-// Returns true if an override KEY=VALUE sets the preset of a material, or replaces a whole
-// material.
+// True if the override "KEY=VALUE" sets the preset of a material, or replaces a material as a
+// whole.
 bool changes_presets(const std::string& override_text);
-// Adds the keys of its preset to every material of the tree that names one. Keys that the material
-// has stay. Throws CaseError for an unknown preset, with the nearest name.
+// Adds the keys of the preset to every material of the tree that names a preset. Keys that the
+// material itself has are not replaced. Throws CaseError for an unknown preset, with the nearest
+// name as hint.
 void add_presets(toml::table& root);
-// Removes the keys of presets that contradict the keys of the case itself: another kind of
-// membrane, say, or a constant in place of a table.
+// Removes keys of presets that the keys of the case itself exclude or switch off. For example, a
+// membrane_stiffness in the case removes a preset's measured_membrane.
 void remove_overridden_presets(toml::table& root);
 
-// Return the presets with their values, sources and changes: as text for people, or as one JSON
-// object {"presets": [{"name", "description", "source", "keys": {...}, "changes": [{"key",
-// "published", "value"}]}]}.
+// Return all presets with their values, sources and changes. The first function returns text for
+// people, the second one JSON object {"presets": [{"name", "description", "source", "keys": {...},
+// "changes": [{"key", "published", "value"}]}]}.
 std::string material_presets_text();
 std::string material_presets_json();
 

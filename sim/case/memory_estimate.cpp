@@ -22,13 +22,13 @@ constexpr double process_memory = 16 * mebibyte;
 
 // Memory per vertex (bytes), from the resident size of runs with 129 x 129 and 257 x 257 vertices.
 constexpr double geometry_and_state = 1200;
-constexpr double implicit_matrix = 1300;   // with multigrid and vectors
-constexpr double bending_stencils = 1500;  // with their matrix entries
+constexpr double implicit_matrix = 1300;   // matrix, multigrid levels, vectors of the solver
+constexpr double bending_stencils = 1500;  // stencils and their matrix entries
 constexpr double contact_search = 2000;    // edges, pyramid, candidates, pairs in reach
-constexpr double surface_tensors = 500;    // for channels: triangles in both states
-constexpr double surface_hinges = 250;     // for channels about bending
-constexpr double force_parts = 100;        // for channels about forces
-constexpr double channel_values = 80;      // per channel, with the frame being written
+constexpr double surface_tensors = 500;    // triangles of SurfaceTensors, for channels
+constexpr double surface_hinges = 250;     // hinges of SurfaceTensors, for channels about bending
+constexpr double force_parts = 100;        // forces by origin, for channels about forces
+constexpr double channel_values = 80;      // values of one channel, including the written frame
 constexpr double obstacle_geometry = 300;
 constexpr double obstacle_contact = 900;
 

@@ -9,32 +9,33 @@
 
 namespace weft::sim {
 
-// Numbers of vertices by shape, in the order of the case. They are doubles because a resolution may
-// ask for more vertices than an integer can hold.
+// The number of vertices of each body and obstacle, in the order of the case. The numbers are
+// doubles because a resolution may ask for more vertices than an integer can hold.
 struct SceneSize {
   std::vector<double> body, obstacle;
 };
 
-// Returns the sizes of all shapes of the case; 0 for shapes from files. Precondition: resolutions
-// are checked.
+// Returns the number of vertices of every shape of the case, or 0 for a shape from a file.
+// Precondition: check_shape() accepts the shapes.
 SceneSize size_of_case(const Case& source);
 
-// Returns the peak memory of a run (bytes): meshes, states, forces, matrices with their coarse
-// levels, pyramids and candidate pairs. The estimate is based on measurements per vertex and
-// correct within a factor of two. A cvode run takes 2.5 kB per vertex without contact and bending,
-// 6 kB with both. OpenGL contexts and the second run of --estimate-error are not included.
+// Returns the estimated peak memory of a run (bytes), correct within a factor of two. It comprises
+// meshes, states, forces, matrices with their coarse levels, pyramids, candidate pairs and recorded
+// channels. Measured runs gave the memory per vertex: 2.5 kB of an implicit method without contact
+// and bending, 6 kB with both. OpenGL contexts and the second run of --estimate-error are left out.
 double estimate_memory(const Case& source, const SceneSize& size);
 
-// Returns the index of the shape that needs the most memory. Bodies count before obstacles.
+// Returns the index of the shape that needs the most memory. Bodies come first, then obstacles.
 std::size_t largest_shape(const Case& source, const SceneSize& size);
 
-// memory_limit() returns compute.memory_limit or its default (bytes). default_memory_limit()
-// returns nine tenths of the memory of the machine or, if less, of its control group.
+// Returns compute.memory_limit or, if the case does not give it, default_memory_limit() (bytes).
 double memory_limit(const Case& source);
+// Returns nine tenths of the memory (bytes) of the machine or, if smaller, of the limit of this
+// process's control group.
 double default_memory_limit();
 
-// Returns a reason to refuse a scene that exceeds the limit: "the scene needs about 570 GiB of
-// memory, more than the limit of 21.2 GiB". Empty for other scenes.
+// Returns the reason to refuse a scene that exceeds the limit: "the scene needs about 570 GiB of
+// memory, more than the limit of 21.2 GiB". Returns an empty text if the scene does not exceed it.
 std::string reason_of_memory(const Case& source, const SceneSize& size);
 inline constexpr const char* memory_hint =
     "expected fewer vertices, or a larger compute.memory_limit";

@@ -9,9 +9,10 @@ namespace weft::sim {
 
 namespace {
 
-class Checker {
+class StaticChecker {
  public:
-  Checker(const Case& target, const Locations& locations) : case_(target), locations_(locations) {}
+  StaticChecker(const Case& target, const Locations& locations)
+      : case_(target), locations_(locations) {}
 
   void check() const {
     if (!traits_of(case_.time.method).finds_equilibria()) return refuse_table();
@@ -43,8 +44,7 @@ class Checker {
     }
   }
 
-  // Refuses values that vary in time. With these kinds of loading no time passes: the loads grow
-  // instead.
+  // Refuses values that vary in time. Proportional and arc-length loading do not follow them.
   void refuse_varying(const Table& table, const std::string& path) const {
     for (const Field& field : table.fields) {
       const std::string place = join_path(path, field.key);
@@ -107,7 +107,7 @@ class Checker {
 }  // namespace
 
 void check_static(const Case& target, const Locations& locations) {
-  Checker(target, locations).check();
+  StaticChecker(target, locations).check();
 }
 
 }  // namespace weft::sim

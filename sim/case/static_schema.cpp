@@ -1,4 +1,4 @@
-// The table [static]: equilibria and load paths.
+// Describes the table [static]: equilibria and load paths.
 #include "sim/case/case_schema.h"
 #include "sim/case/field_makers.h"
 

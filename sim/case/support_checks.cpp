@@ -14,9 +14,10 @@ namespace weft::sim {
 
 namespace {
 
-class Checker {
+class SupportChecker {
  public:
-  Checker(const Case& target, const Locations& locations) : case_(target), locations_(locations) {}
+  SupportChecker(const Case& target, const Locations& locations)
+      : case_(target), locations_(locations) {}
 
   void check() const {
     for (std::size_t i = 0; i < case_.body.size(); ++i) {
@@ -84,7 +85,7 @@ class Checker {
     }
   }
 
-  // Refuses selections that this type of load does not use.
+  // Refuses selectors that this type of load does not use.
   void selection(const LoadCase& load, const std::string& path, const BodyCase& body) const {
     const bool is_point = load.type == LoadType::point;
     const bool is_edge = load.type == LoadType::line || load.type == LoadType::moment;
@@ -115,7 +116,7 @@ class Checker {
 }  // namespace
 
 void check_loads_and_supports(const Case& target, const Locations& locations) {
-  Checker(target, locations).check();
+  SupportChecker(target, locations).check();
 }
 
 }  // namespace weft::sim

@@ -6,8 +6,9 @@
 
 namespace weft::sim {
 
-// Throws CaseError for a load that names no body, selects nothing, or selects a place on which its
-// type cannot act. Also throws it for a pin whose directions cannot be held.
+// Throws CaseError for a load that names no body, selects nothing, or uses a selector that its type
+// does not allow. Also throws it for a pin whose `axes` or `symmetry_normal` its body does not
+// allow.
 void check_loads_and_supports(const Case& target, const Locations& locations);
 
 }  // namespace weft::sim

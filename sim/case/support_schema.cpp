@@ -1,4 +1,4 @@
-// The tables of pins, motions, ties and loads.
+// Describes the tables of pins, motions, ties and loads.
 #include "sim/case/case_schema.h"
 #include "sim/case/field_makers.h"
 

@@ -9,22 +9,22 @@
 namespace weft::sim {
 
 struct TimeMethodTraits {
-  // The origin of the step length: `time.step`, the method, either of these, or one load step per
-  // frame.
+  // The rule for the step length. fixed: `time.step`. chosen: the method chooses it. either:
+  // `time.step` if given, else the method. loads: one load step per frame.
   enum class Steps { fixed, chosen, either, loads };
 
   TimeMethod method;
-  const char* name;   // as in `time.method`
-  const char* title;  // in words, for `weft check`
-  int order;          // of convergence; for cvode, the largest time.maximum_order
+  const char* name;   // value of `time.method`
+  const char* title;  // name in words
+  int order;          // order of convergence; for cvode, the largest time.maximum_order
   Steps steps;
-  bool is_explicit;    // needs no stiffness matrix
-  bool is_calibrated;  // `time.accuracy` may choose its tolerance from the calibration table
+  bool is_explicit;    // true if the method needs no stiffness matrix
+  bool is_calibrated;  // true if `time.accuracy` can choose a tolerance for the method
   bool finds_equilibria() const { return steps == Steps::loads; }
 };
 
-// True if the table has one line per TimeMethod, in the order of that enum. Each line needs a
-// member `method`.
+// True if the table has one row per TimeMethod, in the order of that enum. Rows need a member
+// `method`.
 constexpr bool is_in_order_of_methods(const auto& table) {
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (table[i].method != static_cast<TimeMethod>(i)) return false;
@@ -32,8 +32,7 @@ constexpr bool is_in_order_of_methods(const auto& table) {
   return table.size() == static_cast<std::size_t>(TimeMethod::verlet) + 1;
 }
 
-// Returns the properties of all methods, in the order of TimeMethod. sim/integrator/integrator.cpp
-// makes the integrators.
+// Returns the properties of all methods, in the order of TimeMethod.
 std::span<const TimeMethodTraits> time_methods();
 const TimeMethodTraits& traits_of(TimeMethod method);
 

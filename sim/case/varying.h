@@ -11,7 +11,8 @@
 
 namespace weft::sim {
 
-// The course of a curve between two of its times: straight, eased, or constant until the next time.
+// The interpolation of a curve between two of its times. linear: straight. smooth: eased, with zero
+// derivatives at the times. step: constant until the next time.
 enum class Between { linear, smooth, step };
 
 // A curve through values at given times. The first value holds before the first time, and the last
@@ -26,9 +27,9 @@ struct CurveCase {
 // A wind whose speed fluctuates at random about its mean (sim/scene/gust.h).
 struct GustCase {
   Vec3 mean{0, 0, 0};     // m/s
-  double intensity = 0;   // standard deviation of the speed over its mean
+  double intensity = 0;   // standard deviation of the speed, divided by the mean speed
   double time_scale = 1;  // s, integral of the speed's autocorrelation
-  int seed = 1;           // >= 0
+  int seed = 1;           // seed of the random phases, >= 0
 };
 
 // A number or vector of a case: a constant, a curve or, for vectors only, a gust.
@@ -49,7 +50,7 @@ struct Varying {
     return std::any_of(values.begin(), values.end(),
                        [&](const Value& value) { return value != values.front(); });
   }
-  // Returns the value at all times. Precondition: !varies().
+  // Returns the value that holds at all times. Precondition: !varies().
   Value constant() const {
     assert(!varies());
     if (curve() != nullptr) return curve()->values.front();
@@ -58,7 +59,7 @@ struct Varying {
     }
     return std::get<Value>(form);
   }
-  // Returns the value at all times, or zero if it varies.
+  // Returns the value that holds at all times, or zero if the value varies.
   Value constant_or_zero() const { return varies() ? zero() : constant(); }
   // True if the value is zero at all times.
   bool is_zero() const { return !varies() && constant() == zero(); }
@@ -73,7 +74,7 @@ struct Varying {
   }
 };
 
-// Returns the smallest value that the number has at any time.
+// Returns the minimum of the number over all times.
 inline double smallest(const Varying<double>& number) {
   if (!number.varies()) return number.constant();
   return *std::min_element(number.curve()->values.begin(), number.curve()->values.end());

@@ -1,4 +1,4 @@
-// The tables that describe a value which varies in time: curves and gusts.
+// Describes the tables of values that vary in time: curves and gusts.
 #include "sim/case/case_schema.h"
 #include "sim/case/field_makers.h"
 

@@ -48,8 +48,8 @@ void RecordedChannels::list_supports() {
   for (const Tie& tie : scene_.ties) supports_.push_back({.tie = tie.number, .wrench = {}});
 }
 
-// Returns the path of a support's records below the path of their channel. Pins and ties have
-// different names.
+// Returns the path of a support's records, relative to the group of their channel. Every support
+// has a different path.
 std::string RecordedChannels::home_of(const Support& support) const {
   if (support.tie >= 0) return "tie/" + std::to_string(support.tie + 1);
   const std::string& body = scene_.bodies[support.body].name;
@@ -117,8 +117,8 @@ void RecordedChannels::compute(double time, std::span<const double> y,
   if (has(ChannelId::largest_stretch_place)) add_largest_stretch(position);
 }
 
-// Moves the tensors of a body to its present positions and velocities. They are rebuilt whenever
-// the set of clamped edges changes.
+// Sets the positions and velocities of a body's tensors. First makes the tensors if they do not
+// exist, and makes them anew if the clamped edges of the body have changed.
 void RecordedChannels::place_surface(int b, double time, std::span<const double> y,
                                      std::span<const Vec3> position,
                                      std::span<const Vec3> velocity) {
@@ -199,8 +199,9 @@ std::span<const double> RecordedChannels::values_of(int b, const ChannelPlace& p
   }
 }
 
-// Finds the wrench of each support. Wrenches of obstacles are already known. Pins sum the forces on
-// their particles, and outer forces add to pins and ties.
+// Computes the wrench of each support. An obstacle or a body held as a whole has the wrench of its
+// contact forces. A pin has the sum of the forces on its particles. Outer forces are added to the
+// pin, tie or body to which they belong.
 void RecordedChannels::find_supports(std::span<const Vec3> position) {
   for (Support& support : supports_)
     support.wrench =

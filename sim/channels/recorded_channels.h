@@ -14,20 +14,20 @@
 
 namespace weft::sim {
 
-// A dataset of a channel and its place in a trajectory.
+// A dataset of a channel, as a field of a body or as a record of the run.
 struct ChannelPlace {
   const Channel* channel;
   const ChannelDataset* dataset;
-  std::string path;  // only of records: "reactions/cloth/pin_1/force"
+  std::string path;  // path of a record, such as "reactions/cloth/pin_1/force"; empty for a field
 };
 
-// Returns the fields that the trajectory holds for a body, besides the positions. Simulated bodies
-// have all fields. Obstacles and bodies held as a whole have only the velocity, and only if they
-// move.
+// Returns the fields that a trajectory holds for a body, besides the positions. A simulated body
+// has every field that `output` requests. An obstacle or a body held as a whole has at most the
+// velocity. A body that does not move has none.
 std::vector<ChannelPlace> channel_fields(const SceneBody& body, const OutputCase& output);
 
-// The fields and records of a run, and their values in the frame of the last compute(). Channels
-// that the case does not record cost nothing. Sleeping bodies count as simulated.
+// The fields and records of a run, and their values at the time of the last compute(). Channels
+// that the case does not record are not computed. Sleeping bodies count as simulated.
 class RecordedChannels {
  public:
   // The simulation must outlive this object.
@@ -36,34 +36,35 @@ class RecordedChannels {
   std::vector<ChannelPlace> fields(const SceneBody& body) const {
     return channel_fields(body, scene_.source.output);
   }
-  // The datasets of records, in the order of record_values().
+  // Returns the datasets of all records, in the order of record_values().
   const std::vector<ChannelPlace>& records() const { return records_; }
 
-  // Computes the values of the state `y` at `time` (s), within the last step. `position` (m) and
-  // `velocity` (m/s) are those of all particles, obstacles included. They must live until the
-  // values have been read. Evaluates the forces once if a channel needs them.
+  // Computes all values in the state `y` at `time` (s), a time within the last step. `position` (m)
+  // and `velocity` (m/s) have one entry per particle, including particles of obstacles. Their
+  // arrays must remain valid until the values have been read. Evaluates the forces once if a
+  // channel needs them.
   void compute(double time, std::span<const double> y, std::span<const Vec3> position,
                std::span<const Vec3> velocity);
-  // Values of fields(), by body in the order of the case and by field, with `components` numbers
-  // per particle.
+  // Returns the values of fields(), by body in the order of the case and by field. A field has
+  // ChannelDataset::components numbers per particle.
   const std::vector<std::vector<std::span<const double>>>& field_values() const {
     return field_values_;
   }
-  // Values of all records, one record after the other.
+  // Returns the values of all records, one record after the other.
   std::span<const double> record_values() const { return record_values_; }
 
  private:
-  // A support: a pin, a body or obstacle that is prescribed as a whole, or a tie.
+  // A support: a pin, a tie, an obstacle, or a body that is held as a whole.
   struct Support {
-    int body = -1;  // index into Scene::bodies; -1: a tie
-    int pin = -1;   // -1: not a pin
-    int tie = -1;   // number of the tie; -1: not a tie
+    int body = -1;  // index into Scene::bodies; -1 for a tie
+    int pin = -1;   // index of the pin in its body; -1 if the support is no pin
+    int tie = -1;   // Tie::number; -1 if the support is no tie
     Wrench wrench;
   };
   // The tensors of a simulated body.
   struct Surface {
     std::optional<SurfaceTensors> tensors;
-    std::vector<ClampedBy> clamped;  // clamped edges that the tensors include
+    std::vector<ClampedBy> clamped;  // clamped edges with which `tensors` was made
     PrincipalValues strain, stress, curvature, moment, crease;
   };
 
@@ -84,10 +85,10 @@ class RecordedChannels {
 
   const Simulation& simulation_;
   const Scene& scene_;
-  std::vector<char> records_channel_;  // by ChannelId: true if the case records the channel
+  std::vector<char> records_channel_;  // by ChannelId: nonzero if the case records the channel
   std::vector<ChannelPlace> records_;
   std::vector<Support> supports_;
-  bool bends_ = false;             // the case records curvature or moment
+  bool bends_ = false;             // true if the case records curvature or moment
   std::vector<Surface> surfaces_;  // by dynamic body; empty if no channel needs them
   SpringNetwork springs_;          // empty unless energies are recorded
   ForceParts forces_;

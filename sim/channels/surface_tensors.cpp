@@ -23,7 +23,7 @@ Eigen::Matrix2d matrix_of(const PlaneTensor& tensor) {
   return matrix;
 }
 
-// Returns the tensor rotated by the angle with this cosine and sine.
+// Returns the tensor rotated by an angle, given by its cosine and sine.
 PlaneTensor turned(const PlaneTensor& tensor, double cosine, double sine) {
   const double mean = 0.5 * tensor.trace(), half = 0.5 * (tensor.xx - tensor.yy);
   const double twice_cosine = cosine * cosine - sine * sine, twice_sine = 2 * cosine * sine;
@@ -31,19 +31,19 @@ PlaneTensor turned(const PlaneTensor& tensor, double cosine, double sine) {
   return {mean + turned_half, twice_sine * half + twice_cosine * tensor.xy, mean - turned_half};
 }
 
-// Rotates a vector in the plane with normal `from` into the plane with normal `to`, about the line
-// in which the planes meet.
+// Returns a vector of the plane with unit normal `from`, rotated into the plane with unit normal
+// `to` about the line in which the planes meet.
 Vec3 turned_into(const Vec3& from, const Vec3& to, const Vec3& vector) {
   const Vec3 axis = from.cross(to);
   const double cosine = from.dot(to);
-  // Planes that are folded onto each other contain the same vectors.
+  // If the planes are folded onto each other, both contain the vector.
   if (1 + cosine < 1e-9) return vector;
   const Vec3 first = axis.cross(vector);
   return vector + first + axis.cross(first) / (1 + cosine);
 }
 
-// Returns the cosine and sine of the rotation R in the polar decomposition F = R U of a plane
-// gradient.
+// Returns the cosine and sine of the angle of R in the polar decomposition F = R U. `gradient` is
+// F.
 std::array<double, 2> rotation_of(const Eigen::Matrix2d& gradient) {
   const double cosine = gradient(0, 0) + gradient(1, 1);
   const double sine = gradient(1, 0) - gradient(0, 1);
@@ -60,15 +60,16 @@ double product(const PlaneTensor& a, const PlaneTensor& b) {
   return a.xx * b.xx + 2 * a.xy * b.xy + a.yy * b.yy;
 }
 
-// Returns the direction or its opposite, whichever has a positive largest component.
+// Returns the direction or its opposite: the one whose component of largest magnitude is positive.
 Vec3 with_sign(const Vec3& direction) {
   int largest = 0;
   direction.cwiseAbs().maxCoeff(&largest);
   return direction[largest] < 0 ? Vec3(-direction) : direction;
 }
 
-// Eliminates the angles of border edges. They take the values of least energy, which are linear in
-// the other angles. The curvature per angle of the other edges therefore includes their effect.
+// Eliminates the angles of border edges, which are those without has_angle. They take the values of
+// least energy, which are linear in the other angles. Their curvature is therefore added to the
+// curvature per angle of the other edges, and set to zero.
 void complete(const Nodes3& rest, double poisson_ratio, const std::array<bool, 3>& has_angle,
               std::array<PlaneTensor, 3>& curvature) {
   const Mat3 modulus =
@@ -132,12 +133,12 @@ SurfaceTensors::SurfaceTensors(const SceneBody& body, bool bends, int threads,
   tensors_.resize(triangles_.size());
   if (!body.material->has_isotropic_membrane()) stretch_law_ = stretch_law(*body.material);
   if (body.material->orthotropic_bending) bending_law_ = bending_law(*body.material);
-  // The mesh of the body itself may have no edges.
+  // The mesh is built anew because body.mesh may lack the edges.
   if (bends) add_hinges(bsi::build_mesh(body.atlas), clamped, held);
 }
 
-// Sets the ghosts across the clamped edges of a triangle. Ghosts are nodes numbered after the
-// particles.
+// Sets the nodes beyond the clamped edges of a triangle to their ghosts. The numbers of ghosts
+// follow those of the particles.
 void SurfaceTensors::clamp(std::span<const ClampedEdge> clamped, int triangle,
                            Hinges& hinges) const {
   for (std::size_t g = 0; g < clamped.size(); ++g) {
@@ -184,14 +185,16 @@ void SurfaceTensors::add_hinges(const bsi::Mesh& mesh, std::span<const ClampedEd
       const bool is_ghost = hinges.across[i] >= body_.particle_count();
       if (has_angle[i] && !is_ghost)
         hinges.rest_angle[i] = materials::hinge_angle(hinge_nodes(t, i, body_.rest));
-      // Beyond a clamp the surface continues as its mirror image, so it bends by twice the angle.
+      // Beyond a clamp the surface continues as its mirror image, so the edge bends by twice the
+      // angle between the triangle and the held tangent plane.
       if (is_ghost) hinges.curvature[i] = 2.0 * hinges.curvature[i];
       if (!held.empty() && held[t] != 0) hinges.curvature[i] = {};
     }
   }
 }
 
-// Returns the nodes of the hinge at the edge opposite node i, in the order of materials/hinge.h.
+// Returns the positions or velocities `x` of the four nodes of a hinge, in the order of
+// materials/hinge.h. The hinge is at the triangle's edge opposite node i.
 Nodes4 SurfaceTensors::hinge_nodes(std::size_t triangle, int i, std::span<const Vec3> x) const {
   const auto& nodes = triangles_[triangle].nodes;
   Nodes4 result;
@@ -286,14 +289,16 @@ PlaneTensor SurfaceTensors::elastic_curvature_of(int t, double damping_time) con
   return curvature;
 }
 
-// Rotates a tensor of the rest plane like the triangle, without stretching it.
+// Returns a tensor of the rest plane in the present axes of the triangle. It is rotated by R of
+// F = R U, but not stretched.
 PlaneTensor SurfaceTensors::in_space(int t, const PlaneTensor& at_rest) const {
   const auto [cosine, sine] = rotation_of(placed_[t].gradient);
   return turned(at_rest, cosine, sine);
 }
 
-// Returns dw/de, in the axes of the triangle, plus `damping_time` (s) times the law's moduli times
-// the rate of the strain, which changes to `moved` in a second.
+// Returns the stress dw/de plus the viscous stress, in the axes of the triangle. The viscous stress
+// is `damping_time` (s) times the law's moduli times the strain rate. The strain rate (1/s) is
+// moved - strain, because `moved` is the strain after one second at this rate.
 template <class Law>
 PlaneTensor SurfaceTensors::stress_by(const Law& law, int t, const PlaneTensor& strain,
                                       const PlaneTensor& moved, double damping_time) const {
@@ -391,8 +396,8 @@ double SurfaceTensors::elastic_energy() const {
   });
 }
 
-// Computes the tensors of all triangles by tensor_of(triangle), each in the axes of its plane, and
-// then the mean at each particle.
+// Averages the tensors of the triangles around each particle, and finds the principal values.
+// tensor_of(triangle) returns a triangle's tensor in the present axes of its plane.
 template <class TensorOf>
 void SurfaceTensors::average(const TensorOf& tensor_of, PrincipalValues& values) const {
   parallel_chunks(static_cast<int>(triangles_.size()), threads_, [&](int first, int last) {
@@ -411,7 +416,7 @@ Vec3 SurfaceTensors::normal_at(std::span<const int> around) const {
   Vec3 sum = Vec3::Zero();
   for (const int t : around) sum += triangles_[t].area * placed_[t].normal;
   const double size = sum.norm();
-  // Triangles that are folded onto each other may have normals that cancel.
+  // The normals of triangles that are folded onto each other may cancel.
   if (size <= 1e-12 * triangles_[around[0]].area) return placed_[around[0]].normal;
   return sum / size;
 }

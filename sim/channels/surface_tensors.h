@@ -1,9 +1,9 @@
 // Strain, tension, curvature and moment of a body's surface, by particle. Private to sim/.
 //
-// Each triangle has one tensor, in its plane. A particle's tensor is the mean over the triangles
-// around it, weighted by rest area. Before averaging, each tensor is rotated into the particle's
-// tangent plane, about the line where the two planes meet. docs/theory.md, section 13, has the
-// equations.
+// Each of these tensors is constant on a triangle and lies in its plane. A particle has the mean
+// over the triangles around it, weighted by rest area. Before averaging, a triangle's tensor is
+// rotated into the particle's tangent plane, about the line where the two planes meet. The
+// equations are in section 13 of docs/theory.md.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@
 
 namespace weft::sim {
 
-// A symmetric tensor in a plane, in two orthonormal axes.
+// A symmetric tensor in a plane: its components along two orthonormal axes.
 struct PlaneTensor {
   double xx = 0, xy = 0, yy = 0;
 
@@ -28,72 +28,81 @@ struct PlaneTensor {
   }
 };
 
-// Principal values by particle, major >= minor, and the unit vector of the major one in space
-// (three numbers per particle). The sign of a direction has no meaning; its largest component is
-// positive.
+// The principal values of a tensor by particle, with major >= minor. `direction` is the unit vector
+// of the major principal axis, three numbers per particle. Its sign has no meaning and is chosen to
+// make the largest component positive.
 struct PrincipalValues {
   std::vector<double> major, minor, direction;
 };
 
-// Elastic moduli of a plate: E h / (1 - nu^2) (N/m) in its plane, or D (N m) in bending.
+// Elastic moduli of a plate. `stiffness` is E h / (1 - nu^2) (N/m) for strain in its plane, or D
+// (N m) for bending.
 struct PlateModuli {
   double stiffness = 0, poisson_ratio = 0;
-  // Returns stiffness [(1 - nu) e + nu tr(e) 1].
+  // Returns stiffness [(1 - nu) e + nu tr(e) 1], where e is the strain and nu the Poisson ratio.
   PlaneTensor response(const PlaneTensor& strain) const;
 };
 
-// Stiffness-proportional damping of a material (s).
+// Damping of a material, as times (s) by which rates of strain and curvature are multiplied.
 struct DampingTimes {
   double membrane = 0, bending = 0;
 };
 
 class SurfaceTensors {
  public:
-  // The body must have a material and outlive this object. `bends` allows for curvature and moment,
-  // which take three times the memory. `clamped` lists the edges that clamps hold. Triangles marked
-  // in `held` do not bend; empty: none is marked. O(particles).
+  // The body must have a material and outlive this object. Curvature, moment and bending energy
+  // need `bends`, which takes more memory. `clamped` lists the edges that clamps hold. `held` marks
+  // triangles that do not bend; if it is empty, none is marked. O(particles).
   SurfaceTensors(const SceneBody& body, bool bends, int threads,
                  std::span<const ClampedEdge> clamped = {}, std::span<const char> held = {});
 
-  // Computes the deformation from the positions (m) and velocities (m/s) of the body's particles,
-  // followed by those of the ghosts of clamped edges. `creases` has an entry for each triangle, or
-  // none at all. The functions below describe this deformation. Each costs O(particles).
+  // Sets the deformation that all other functions evaluate. `position` (m) and `velocity` (m/s)
+  // have one entry per particle of the body, followed by one per ghost of a clamped edge. `creases`
+  // has one entry per triangle, or none at all. O(particles).
   void place(std::span<const Vec3> position, std::span<const Vec3> velocity,
              const DampingTimes& damping, std::vector<materials::Crease> creases = {});
-  // Computes the Green strain (F^T F - 1) / 2.
+  // Computes the Green strain (F^T F - 1) / 2. O(particles).
   void find_strain(PrincipalValues& values) const;
-  // Computes the Cauchy tension (N/m), a force per current length, with damping. Zero for a
-  // membrane of springs.
+  // Computes the Cauchy tension (N/m), which is a force per current length, with damping. It is
+  // zero for a membrane of springs. O(particles).
   void find_stress(PrincipalValues& values) const;
   // Computes the change of curvature since rest (1/m). It is positive if the surface has become
-  // hollow on the side of its normals. Precondition: `bends`.
+  // hollow on the side of its normals. Precondition: the object was made with `bends`.
+  // O(particles).
   void find_curvature(PrincipalValues& values) const;
-  // Computes the plastic part of this curvature, which creases keep. Precondition: `bends`.
+  // Computes the plastic part of this curvature, which creases keep. Precondition: the object was
+  // made with `bends`. O(particles).
   void find_crease(PrincipalValues& values) const;
-  // Computes the bending moment per rest length (N m/m), with damping. It has the sign of the
-  // elastic curvature. Precondition: `bends`.
+  // Computes the bending moment per rest length (N m/m), with damping. Its sign convention is that
+  // of the elastic curvature. Precondition: the object was made with `bends`. O(particles).
   void find_moment(PrincipalValues& values) const;
-  // Returns the elastic energy (J) of the triangles: of a membrane of triangles and of bending.
+  // Returns the elastic energy (J) of bending and of a membrane of triangles. It leaves out
+  // springs. Precondition: the material does not resist bending, or the object was made with
+  // `bends`. O(particles).
   double elastic_energy() const;
 
  private:
   struct Triangle {
     std::array<int, 3> nodes{};
-    Eigen::Matrix2d inverse_edges;          // of the rest edges 0->1, 0->2 in the rest plane, 1/m
-    double area = 0;                        // at rest, m^2
-    double warp_cosine = 1, warp_sine = 0;  // of the angle from the first edge to the warp
+    // Inverse of the matrix whose columns are the rest edges 0->1 and 0->2, in the rest plane
+    // (1/m).
+    Eigen::Matrix2d inverse_edges;
+    double area = 0;  // area at rest (m^2)
+    // Cosine and sine of the angle from the edge 0->1 to the warp.
+    double warp_cosine = 1, warp_sine = 0;
   };
-  // The edges of a triangle that bend. A border edge has no angle of its own. It takes the angle of
-  // least energy, which depends on the other angles. `curvature` of the other edges includes this.
+  // The bending of a triangle at its three edges. A border edge has no neighbouring triangle and
+  // thus no angle of its own: it takes the angle of least energy, which is linear in the other
+  // angles. The entries of `curvature` for the other edges include the border edge's contribution.
   struct Hinges {
-    std::array<int, 3> across{-1, -1, -1};   // node across the edge opposite each node
-    std::array<double, 3> rest_angle{};      // rad
-    std::array<PlaneTensor, 3> curvature{};  // in the rest plane, 1/m per rad
+    std::array<int, 3> across{-1, -1, -1};   // node beyond the edge; -1 at a border edge
+    std::array<double, 3> rest_angle{};      // angle at rest (rad)
+    std::array<PlaneTensor, 3> curvature{};  // curvature per angle, in the rest plane (1/m per rad)
   };
   struct Placed {
-    Vec3 along, across, normal;  // current axes of the triangle's plane
-    Eigen::Matrix2d gradient;    // F, from the rest plane to these axes
-    Eigen::Matrix2d rate;        // of F, 1/s
+    Vec3 along, across, normal;  // present axes: two in the triangle's plane, and its normal
+    Eigen::Matrix2d gradient;    // deformation gradient F, from the rest plane to these axes
+    Eigen::Matrix2d rate;        // rate of F (1/s)
   };
 
   void add_hinges(const bsi::Mesh& mesh, std::span<const ClampedEdge> clamped,
@@ -106,10 +115,11 @@ class SurfaceTensors {
   PlaneTensor curvature_of(int triangle, double damping_time) const;
   PlaneTensor crease_of(int triangle) const;
   PlaneTensor elastic_curvature_of(int triangle, double damping_time) const;
-  // Return the second Piola-Kirchhoff tension and the moment, with damping, and the energies per
-  // area, in the rest plane.
+  // Returns the second Piola-Kirchhoff tension (N/m), with damping, in the rest plane.
   PlaneTensor tension_of(int triangle) const;
+  // Returns the bending moment per rest length (N m/m), with damping, in the rest plane.
   PlaneTensor moment_of(int triangle) const;
+  // Return the elastic energies per rest area (J/m^2).
   double stretch_energy_of(int triangle) const;
   double bending_energy_of(int triangle) const;
   template <class Law>
@@ -125,18 +135,18 @@ class SurfaceTensors {
 
   const SceneBody& body_;
   int threads_;
-  // The laws of materials that differ by direction; empty for isotropic ones.
+  // Material laws whose stiffness depends on the direction; empty for isotropic materials.
   std::optional<StretchLaw> stretch_law_;
   std::optional<BendingLaw> bending_law_;
   std::vector<Triangle> triangles_;
-  std::vector<Hinges> hinges_;     // by triangle; empty unless bending
+  std::vector<Hinges> hinges_;     // by triangle; empty unless made with `bends`
   std::vector<int> first_around_;  // by particle: index of its first triangle in around_
-  std::vector<int> around_;        // triangles around each particle
+  std::vector<int> around_;        // triangles around each particle, particle by particle
   std::vector<Placed> placed_;     // by triangle
   std::vector<Vec3> position_, velocity_;
   std::vector<materials::Crease> creases_;  // by triangle; empty: none
   DampingTimes damping_;
-  mutable std::vector<PlaneTensor> tensors_;  // by triangle; of the last average()
+  mutable std::vector<PlaneTensor> tensors_;  // by triangle; work array of average()
 };
 
 }  // namespace weft::sim

@@ -6,9 +6,9 @@
 
 namespace weft::sim {
 
-// Replaces this process by `weft-bench` with these arguments. The program is looked for beside this
-// one, as installed, and in the folder bench/ of the build folder. If it cannot be run, prints the
-// reason and returns the exit code.
+// Replaces this process by the program weft-bench with these arguments. weft-bench is looked for in
+// the folder of this program and in the folder ../bench relative to it. If weft-bench cannot be
+// run, prints the reason and returns an exit code.
 int run_bench(const std::vector<std::string>& arguments);
 
 }  // namespace weft::sim

@@ -27,14 +27,15 @@ void add_cost(Json& json, const std::string& part, const Cost& cost) {
   json[part + "cpu_s"] = cost.cpu;
 }
 
-// Adds all parts of the bill except the error estimate, which has its own object.
+// Adds the costs of the bill. The cost of the error estimate is left out, because report_json()
+// puts it into the object of the error estimate.
 void add_bill(Json& json, const Bill& bill) {
   for (const BillPart& part : bill_parts) {
     if (part.cost != &Bill::error_estimate) add_cost(json, part.prefix, bill.*part.cost);
   }
 }
 
-// Returns the members with which every object starts.
+// Returns an object with the members that all objects of this file have.
 Json ending_json(int code, const std::string& status, const std::string& reason) {
   Json json{{"weft_version", WEFT_VERSION}, {"status", status}, {"exit_code", code}};
   json["reason"] = reason.empty() ? Json() : Json(reason);
@@ -84,7 +85,7 @@ void add_counts(Json& json, const IntegratorCounts& counts) {
   json["restarts"] = counts.restarts;
 }
 
-// Returns all members of a report of modes except the list of modes, which is empty.
+// Returns the report of `weft modes` or `weft buckling` with an empty list of modes.
 Json modes_head(const RunCommand& command, const ModesReport& report, int unknowns, int code) {
   Json json = ending_json(code, report.failure ? "failed" : "done",
                           report.failure ? report.failure->text : "");

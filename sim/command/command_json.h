@@ -1,4 +1,4 @@
-// The JSON object that a command prints with `--json`, whether it succeeds or fails.
+// The JSON objects that commands print with `--json`, whether they succeed or fail.
 #pragma once
 
 #include <optional>
@@ -13,22 +13,22 @@
 
 namespace weft::sim {
 
-// Returns the report of a run that ended with exit code `code`. Members that are also series of the
-// trajectory have the names of those series.
+// Returns the report of a run, as JSON. `code` is the exit code of the command.
 std::string report_json(const RunCommand& command, const Case& source, const RunReport& report,
                         int code);
-// Returns the report of `weft modes` or `weft buckling`. After a failure the list of modes is
-// empty.
+// Return the report of `weft modes` and of `weft buckling`, as JSON. `code` is the exit code of the
+// command. The list of modes is empty if none were found.
 std::string modes_json(const RunCommand& command, const ModesReport& report,
                        const VibrationModes& found, int code);
 std::string modes_json(const RunCommand& command, const ModesReport& report,
                        const BucklingModes& found, int code);
-// Returns the object of a command on a case that ended without a report. It has a title if the case
-// was read. A mistake in the case or the arguments gives the status "refused", any other fault
-// "failed".
+// Returns the JSON object of a command on a case that ended without a report. `title` is the
+// title of the case, or empty if the case was not read. The status is "refused" if `code` is
+// exit_code::bad_case, else "failed".
 std::string refusal_json(const RunCommand& command, const std::optional<std::string>& title,
                          int code, const std::string& reason);
-// Returns the object of any other command that ended without a result.
+// Returns the JSON object of a command without a case that ended without a result. The status is
+// "refused" if `code` is exit_code::bad_case, else "failed".
 std::string refusal_json(int code, const std::string& reason);
 
 }  // namespace weft::sim

@@ -29,10 +29,11 @@ std::string describe_end(const std::string& path, bool draws, int signal) {
          "); weft info says whether the file is damaged";
 }
 
-// Returns the CPU time limit (s) for reading a file. It grows with the file's size, because a
-// command may read the whole file.
+// Returns the CPU time limit (s) for reading a file. The limit grows with the file's size, because
+// a command may read the whole file.
 double limit_of(const std::string& path) {
-  constexpr double slowest_reading = 5e6;  // bytes/s; a tenth of the usual rate for compressed data
+  // Slowest reading that is allowed (bytes/s): a tenth of the usual rate for compressed data.
+  constexpr double slowest_reading = 5e6;
   std::error_code unknown;
   const auto size = std::filesystem::file_size(path, unknown);
   return reading_cpu_limit + (unknown ? 0 : static_cast<double>(size) / slowest_reading);
@@ -62,7 +63,7 @@ int report_faults(const RunCommand& command,
 void complain(const std::string& text) { std::cerr << printable(text, true) << '\n'; }
 
 int deliver(int code) {
-  // Both streams are flushed. Results that could not be written are a failure.
+  // Commands write to stdout and to std::cout. If either cannot be flushed, results are lost.
   if (std::fflush(stdout) == 0 && std::cout.flush()) return code;
   complain("weft: cannot write to standard output");
   return exit_code::input_output;

@@ -1,4 +1,5 @@
-// Delivery of results, and commands that read untrusted files in a process of their own.
+// Functions that run commands: faults become messages and exit codes, and untrusted files are read
+// in a separate process.
 #pragma once
 
 #include <functional>
@@ -9,25 +10,25 @@
 
 namespace weft::sim {
 
-// Flushes standard output and returns `code`. If results cannot be written, prints a message and
-// returns exit_code::input_output.
+// Flushes standard output and returns `code`. If this fails, prints a message and returns
+// exit_code::input_output.
 int deliver(int code);
 
-// A command that reads `path`. run_guarded() runs it in a separate process (reading_process.h) and
-// returns its exit code. If the process crashes, run_guarded() prints a message that names the file
-// and returns exit_code::input_output.
+// A command that reads the file `path`, for run_guarded().
 struct GuardedCommand {
   std::string path;
-  bool draws = false;    // the command draws; a crash may then have another cause than the file
-  bool json = false;     // also prints the message to standard output, as a JSON object
-  bool is_long = false;  // the command computes; the CPU limit for reading does not apply
-  std::function<int()> run;
+  bool draws = false;        // true if the command draws, so that drawing may cause a crash
+  bool json = false;         // true if standard output gets messages as JSON objects
+  bool is_long = false;      // true if the command has no CPU time limit
+  std::function<int()> run;  // runs the command and returns its exit code
 };
+// Runs the command in a separate process (sim/base/reading_process.h) and returns its exit code. If
+// the process crashes, prints a message that names the file and returns exit_code::input_output.
 int run_guarded(const GuardedCommand& command);
 
-// Calls run(title) and returns its exit code. A bad case, a file that fails and a lack of memory
-// become a message, with --json an object, too, and their exit codes. `run` sets the title once the
-// case is read.
+// Calls run(title) and returns its exit code. `run` sets `title` once it has read the case. For a
+// CaseError, a FileError or a lack of memory, prints a message and returns the matching exit code.
+// With --json it also prints a JSON object.
 int report_faults(const RunCommand& command,
                   const std::function<int(std::optional<std::string>& title)>& run);
 

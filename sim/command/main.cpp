@@ -54,8 +54,8 @@ int refuse_file(const std::string& path, const std::exception& error, bool json)
   return exit_code::input_output;
 }
 
-// Prints facts as JSON or as text. JSON escapes control characters by itself; in text, printable()
-// escapes them.
+// Prints facts as JSON or as text. to_json() escapes control characters; printable() escapes those
+// of text.
 void show_facts(const auto& facts, bool json) {
   std::cout << (json ? to_json(facts) : printable(to_text(facts), true));
 }
@@ -73,8 +73,8 @@ int show_info(const std::string& path, bool crossings, bool json) {
   }
 }
 
-// Prints the field's range of values, the range of the colours, and the bodies without the field,
-// which keep their own colours.
+// Prints the range of the field's values, the range of the colours if the options set it, and the
+// names of the bodies that lack the field.
 void show_colours(const RenderOptions& options, const RenderReport& report) {
   std::cout << "coloured by " << printable(*options.colour_field) << ": "
             << rounded_text(report.least) << " to " << rounded_text(report.most)
@@ -155,14 +155,14 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
   check->callback([&] { arguments.code = check_case(arguments.command); });
 }
 
-// Returns an error message unless the text is a finite number; empty if it is.
+// Validates an option: returns an error message, or an empty text if the text is a finite number.
 std::string is_load_factor(const std::string& text) {
   double factor = 0;
   if (CLI::detail::lexical_cast(text, factor) && std::isfinite(factor)) return "";
   return in_quotes(text) + " is not a load factor: expected a number";
 }
 
-// Adds a command that computes modes, with the options that all such commands have.
+// Adds a command that computes modes, with the options that `modes` and `buckling` share.
 CLI::App* add_modes_command(CLI::App& app, const std::string& name, const std::string& purpose,
                             Arguments& arguments, int (*show)(const ModesCommand&)) {
   CLI::App* sub = app.add_subcommand(name, purpose);
@@ -208,16 +208,15 @@ void add_modes_and_buckling(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
 }
 
-// Returns an error message unless the text is a number of pixels from 0.001 to 1000; empty if it
-// is. Unlike CLI::Range this refuses NaN.
+// Validates an option: returns an error message, or an empty text if the text is a number from
+// 0.001 to 1000. Unlike CLI::Range it refuses NaN.
 std::string in_pixels(const std::string& text) {
   double pixels = 0;
   if (CLI::detail::lexical_cast(text, pixels) && pixels >= 1e-3 && pixels <= 1e3) return "";
   return in_quotes(text) + " is not a number of pixels from 0.001 to 1000";
 }
 
-// Reads "MIN,MAX". Throws CLI::ValidationError unless both are finite numbers and the first is
-// smaller.
+// Reads "MIN,MAX". Throws CLI::ValidationError unless both are finite numbers and MIN < MAX.
 std::array<double, 2> range_of(const std::string& text) {
   const std::size_t comma = text.find(',');
   std::array<double, 2> range{};
@@ -332,8 +331,8 @@ void add_bench(CLI::App& app, Arguments& arguments) {
   bench->callback([&arguments, bench] { arguments.code = run_bench(bench->remaining()); });
 }
 
-// Returns a hint such as `did you mean "--force"?` for the first argument that no command or option
-// accepts; empty if there is none.
+// Returns a message with a hint, such as `did you mean "--force"?`, about the first argument that
+// no command or option accepts. Returns an empty text if there is no such argument.
 std::string hint_for_unknown(const CLI::App& app) {
   const std::vector<std::string> unknown = app.remaining(true);
   if (unknown.empty()) return "";

@@ -30,7 +30,7 @@ std::string formatted(const char* format, auto... values) {
 // The steps that `weft modes` and `weft buckling` share.
 class Analysis {
  public:
-  // Reads the case. Refuses an existing trajectory before any work.
+  // Reads the case. Throws FileError if the trajectory exists and may not be overwritten.
   Analysis(const ModesCommand& command, const std::string& suffix,
            std::optional<std::string>& title)
       : command_(command), source_(read_case(command.run.case_path, command.run.overrides)) {
@@ -45,8 +45,8 @@ class Analysis {
   CaseEquilibrium& equilibrium() { return *equilibrium_; }
   ModesReport& report() { return report_; }
 
-  // Finds the state about which modes are computed. Returns false, with the failure in report(), if
-  // there is none.
+  // Finds the state about which modes are computed. Returns false if this fails; report() then has
+  // the failure.
   bool find_state(std::optional<double> load_factor) {
     ProgressBar bar(source_.time.duration, !command_.run.quiet);
     equilibrium_.emplace(source_, EquilibriumOptions{.start_shape = command_.start_shape,
@@ -71,15 +71,15 @@ class Analysis {
     report_.trajectory = path_;
   }
 
-  // Returns the table with a footer: number of unknowns, CPU time and trajectory.
+  // Returns the table followed by the number of unknowns, the CPU time and the trajectory's path.
   std::string with_footer(std::string table, int unknowns) const {
     table += formatted("%s, %.3g s of CPU\n", counted(unknowns, "unknown", "unknowns").c_str(),
                        command_.run.started.elapsed().cpu);
     if (!report_.trajectory.empty()) table += "trajectory " + report_.trajectory + '\n';
     return table;
   }
-  // Prints the JSON object with --json, otherwise the table; then a failure, if any. Returns the
-  // exit code.
+  // Prints the results, as a JSON object with --json or else as the table, and then a failure, if
+  // any. Returns the exit code.
   int finish(const auto& modes, const std::string& table) {
     const int code = report_.failure ? exit_code::numerical_failure : exit_code::done;
     report_.cost = command_.run.started.elapsed();
@@ -94,7 +94,7 @@ class Analysis {
  private:
   const ModesCommand& command_;
   Case source_;
-  std::string path_;  // of the trajectory; empty: none
+  std::string path_;  // path of the trajectory to be written; empty: none
   std::optional<CaseEquilibrium> equilibrium_;
   ModesReport report_;
 };
@@ -144,7 +144,8 @@ void write(Analysis& analysis, const BucklingModes& found) {
   analysis.write(modes, {{"load_factor", "1"}});
 }
 
-// Writes and prints the modes found. Returns the exit code.
+// Writes the found modes to the trajectory, if one is wanted, and prints them. Returns the exit
+// code.
 int deliver_modes(Analysis& analysis, const auto& found) {
   if (!analysis.report().failure) analysis.report().failure = found.failure;
   write(analysis, found);

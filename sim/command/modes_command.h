@@ -1,4 +1,4 @@
-// `weft modes` and `weft buckling`.
+// The commands `weft modes` and `weft buckling`.
 #pragma once
 
 #include <optional>
@@ -11,30 +11,31 @@
 namespace weft::sim {
 
 struct ModesCommand {
-  RunCommand run;            // its folder is used only with `writes`
+  RunCommand run;            // common options; run.directory is used only if `writes`
   int count = 10;            // number of modes
-  bool writes = false;       // writes a trajectory of the modes
-  int frames_per_mode = 1;   // in the trajectory
-  bool start_shape = false;  // `weft modes`: about the start shape
-  double load_factor = 0;    // `weft buckling`: of the equilibrium
+  bool writes = false;       // if true, writes a trajectory of the modes
+  int frames_per_mode = 1;   // number of frames that show each mode in the trajectory
+  bool start_shape = false;  // `weft modes`: if true, the modes are about the start shape
+  double load_factor = 0;    // `weft buckling`: load factor of the equilibrium
 };
 
 // Computes natural modes about the equilibrium of a case, and prints their frequencies. The
-// trajectory is DIRECTORY/NAME_modes.h5. Returns the exit code.
+// trajectory is DIRECTORY/NAME_modes.h5, where NAME is that of the case file. Returns the exit
+// code.
 int show_modes(const ModesCommand& command);
-// Computes critical load factors, and prints them. The trajectory is DIRECTORY/NAME_buckling.h5.
-// Returns the exit code.
+// Computes critical load factors, and prints them. The trajectory is DIRECTORY/NAME_buckling.h5,
+// where NAME is that of the case file. Returns the exit code.
 int show_buckling(const ModesCommand& command);
 
-// The members of the `--json` object other than the modes.
+// The results of `weft modes` or `weft buckling` apart from the modes themselves.
 struct ModesReport {
   std::string title;
-  std::string about;       // the state: "equilibrium" or "start_shape"
-  double time = 0;         // s, of the state
-  double imbalance = 0;    // CaseEquilibrium::imbalance()
-  double load_factor = 1;  // of the state
-  Cost cost;               // of the process so far
-  std::string trajectory;  // path; empty: none written
+  std::string about;       // state about which the modes are: "equilibrium" or "start_shape"
+  double time = 0;         // time of the state (s)
+  double imbalance = 0;    // CaseEquilibrium::imbalance() of the state
+  double load_factor = 1;  // load factor of the state
+  Cost cost;               // cost of the process so far
+  std::string trajectory;  // path of the trajectory; empty if none was written
   std::optional<Failure> failure;
 };
 

@@ -11,7 +11,8 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double redrawn_after = 0.1, first_line_after = 1;  // s
+// Shortest time between two drawings on a terminal, and time before the first line elsewhere (s).
+constexpr double redrawn_after = 0.1, first_line_after = 1;
 
 std::string minutes_and_seconds(double seconds) {
   const long whole = std::lround(seconds);
@@ -26,11 +27,12 @@ std::string four_digits(double value) {
   return text;
 }
 
-// Returns the number of characters that fit on a line of the terminal, measured anew for each line.
+// Returns the number of characters that fit on a line of the terminal at present.
 std::size_t columns() {
   winsize size{};
   const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
-  return is_known ? size.ws_col - 1 : 79;  // some terminals wrap a line that fills the last column
+  return is_known ? size.ws_col - 1
+                  : 79;  // some terminals wrap a line that reaches the last column
 }
 
 }  // namespace

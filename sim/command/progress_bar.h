@@ -6,22 +6,25 @@
 
 namespace weft::sim {
 
-// A progress bar. On a terminal it is one line, cut to the terminal's width, drawn at once and then
-// up to ten times per second. Elsewhere it prints whole lines: one after a second, and one at every
-// tenth of the range.
+// A progress bar. On a terminal it is one line, cut to the terminal's width. It is drawn by the
+// constructor and then redrawn at most ten times per second. Elsewhere it prints whole lines: one
+// after a second, and one at every tenth of the range.
 class ProgressBar {
  public:
-  // Name and unit of the number that rises from 0 to `end` (> 0), as in "t = 0.2 of 2 s" or
-  // "picture 3 of 40".
+  // The name and unit of the number whose progress is shown, as in "t = 0.2 of 2 s" or "picture 3
+  // of 40".
   struct Quantity {
     std::string name = "t =", unit = " s";
   };
+  // The number rises from 0 to `end` (> 0). Nothing is printed unless `shown`.
   ProgressBar(double end, bool shown, Quantity quantity = {"t =", " s"});
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
+  // Shows the number `value`, unless the bar was drawn less than a tenth of a second ago.
   void show(double value);
+  // Erases the line of a terminal.
   void clear();
 
  private:

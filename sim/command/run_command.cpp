@@ -29,21 +29,20 @@ namespace {
 std::atomic<int> caught_signal{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler writes it");
 
-// Installs the handler of SIGINT and SIGTERM. The first signal requests a stop after the current
-// step and becomes the reported reason. A second one, equal or not, ends the process at once.
+// Installs the handler of SIGINT and SIGTERM. The first signal asks the run to stop, and becomes
+// the reported reason. A second signal ends the process at once.
 void catch_stop_signals() {
   for (const int signal : {SIGINT, SIGTERM}) {
     std::signal(signal, [](int caught) {
       int none = 0;
       if (caught_signal.compare_exchange_strong(none, caught)) return;
       std::signal(caught, SIG_DFL);
-      std::raise(caught);  // takes effect when the handler returns
+      std::raise(caught);  // ends the process when the handler returns
     });
   }
 }
 
-// Prints the largest error of all bodies, over the run and at its end. The trajectory holds the
-// errors of every body.
+// Prints two errors: the largest error of any body over the run, and the largest at its end.
 void print_errors(const ErrorEstimate& estimate) {
   const BodyError& worst = *std::ranges::max_element(estimate.bodies, {}, &BodyError::largest);
   const BodyError& last = *std::ranges::max_element(estimate.bodies, {}, &BodyError::last);
@@ -53,7 +52,7 @@ void print_errors(const ErrorEstimate& estimate) {
       last.body.c_str());
 }
 
-// Warns on standard error, even with --json.
+// Warns on standard error if the error estimate is incomplete or the motion may be chaotic.
 void warn_of_errors(const ErrorEstimate& estimate) {
   if (!estimate.failure.empty()) {
     complain("weft: the run that measures the error ended early: " + estimate.failure);
@@ -65,7 +64,7 @@ void warn_of_errors(const ErrorEstimate& estimate) {
                "there\n";
 }
 
-// Prints the CPU time of each part, s.
+// Prints the CPU time (s) of the run and of its parts.
 void print_bill(const Bill& bill) {
   std::printf("  %.3g s of CPU: set-up %.3g", bill.total.cpu, bill.setup.cpu);
   if (bill.pilot.cpu > 0) std::printf(", pilot %.3g", bill.pilot.cpu);
@@ -91,8 +90,8 @@ void print_summary(const RunReport& report) {
     std::printf("  trajectory %s\n", printable(report.trajectory).c_str());
 }
 
-// Loads the case, prepares it, builds its scene and passes it to `use`. Returns the exit code of
-// `use`, or the exit code of the fault.
+// Loads the case, calls prepare(case), builds the scene and calls use(scene). Returns the exit code
+// that `use` returns or, after a fault, that of report_faults().
 int with_scene(const RunCommand& command, const auto& prepare, const auto& use) {
   return report_faults(command, [&](std::optional<std::string>& title) {
     Case source = read_case(command.case_path, command.overrides);
@@ -103,8 +102,8 @@ int with_scene(const RunCommand& command, const auto& prepare, const auto& use) 
   });
 }
 
-// Refuses --estimate-error for equilibria. An equilibrium does not depend on the steps that lead to
-// it.
+// Throws CaseError if the method finds equilibria. An equilibrium has no error of time steps, which
+// --estimate-error would measure.
 void refuse_static(const Case& source) {
   if (!traits_of(source.time.method).finds_equilibria()) return;
   throw CaseError({"--estimate-error"}, "time.method = \"static\" has no error of time steps",
@@ -137,7 +136,7 @@ int finish(const RunCommand& command, const Case& source, const RunReport& repor
 
 void print_notice(const std::string& text) { complain("weft: " + text); }
 
-// Runs the pilot, announces each of its stages and shows a progress bar per stage.
+// Runs the pilot. Announces each of its runs and shows a progress bar for it, unless `quiet`.
 PilotReport run_pilot(Case& source, bool quiet) {
   PilotOptions options;
   options.stop_signal = &caught_signal;
@@ -153,7 +152,7 @@ PilotReport run_pilot(Case& source, bool quiet) {
   return report;
 }
 
-// Returns the bill so far. Everything before the run except the pilot counts as set-up.
+// Returns the bill before the run. The set-up comprises all costs so far except those of the pilot.
 Bill bill_before_run(const RunCommand& command, const PilotReport& pilot) {
   Bill bill;
   bill.total = command.started.elapsed();
@@ -170,7 +169,7 @@ int run_case(const RunCommand& command) {
   PilotReport pilot;
   const auto prepare = [&](Case& source) {
     if (command.estimate_error) refuse_static(source);
-    // An existing file is refused before the pilot runs, not after.
+    // Refuse an existing file now, because the pilot may take long.
     TrajectoryWriter::refuse_existing(trajectory, command.force);
     catch_stop_signals();
     pilot = run_pilot(source, command.quiet);

@@ -1,4 +1,4 @@
-// `weft run` and `weft check`.
+// The commands `weft run` and `weft check`.
 #pragma once
 
 #include <string>
@@ -12,11 +12,11 @@ namespace weft::sim {
 struct RunCommand {
   std::string case_path;
   std::string directory = "out";
-  std::vector<std::string> overrides;  // key=value
-  bool force = false;
-  bool json = false;
-  bool quiet = false;
-  bool estimate_error = false;
+  std::vector<std::string> overrides;  // "KEY=VALUE" (see read_case())
+  bool force = false;                  // overwrites an existing trajectory
+  bool json = false;                   // prints results as one JSON object
+  bool quiet = false;                  // prints no progress
+  bool estimate_error = false;         // runs a second, more exact simulation to measure the error
   Stopwatch started = Stopwatch::since_process_start();
 };
 
@@ -28,11 +28,12 @@ inline constexpr int bad_case = 2;
 inline constexpr int input_output = 4;
 }  // namespace exit_code
 
-// Runs a case. Writes the trajectory to DIRECTORY/NAME.h5, named after the case file. Prints
+// Runs a case. Writes the trajectory DIRECTORY/NAME.h5, where NAME is that of the case file. Prints
 // results on standard output, progress and errors on standard error. Returns the exit code: one of
-// exit_code or, after an interrupt, 130 (SIGINT) or 143 (SIGTERM).
+// exit_code or, after a signal, 130 (SIGINT) or 143 (SIGTERM).
 int run_case(const RunCommand& command);
-// Prints what the scene needs, and which parts of the computation it skips. Returns the exit code.
+// Checks a case. Prints what its scene needs and which parts of the computation it skips. Returns
+// the exit code.
 int check_case(const RunCommand& command);
 
 }  // namespace weft::sim

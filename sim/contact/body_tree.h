@@ -1,4 +1,4 @@
-// A tree of boxes, one per body, that finds the pairs of bodies that may meet.
+// A tree of the boxes of bodies. It finds the pairs of bodies whose boxes meet.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -7,10 +7,10 @@
 
 namespace weft::sim {
 
-// A binary tree of boxes. A node is halved at the median of its box's longest axis. When a body
-// moves, its box is replaced, and the boxes above grow to contain it. The tree is rebuilt once the
-// number of moves reaches the number of bodies. Finding the neighbours of n bodies that lie apart
-// costs n log n.
+// A binary tree of axis-aligned boxes. The bodies of a node are halved at the median of their
+// boxes' middles along the longest axis. When a body moves, its box is replaced, and the boxes
+// above it grow to contain the new one. The tree is rebuilt once as many boxes were replaced as
+// there are bodies. Finding the neighbours of all of n bodies costs O(n log n) if few boxes meet.
 class BodyTree {
  public:
   using Box = Eigen::AlignedBox3d;
@@ -30,15 +30,15 @@ class BodyTree {
   struct Node {
     Box box;
     int parent = -1;
-    int left = -1, right = -1;  // nodes; -1 in a leaf
-    int body = -1;              // in a leaf
+    int left = -1, right = -1;  // indices of nodes; -1 in a leaf
+    int body = -1;              // body of a leaf; -1 in other nodes
   };
   int add_node(std::span<int> bodies, int parent);
 
   std::vector<Box> boxes_;  // by body
   std::vector<Node> nodes_;
-  std::vector<int> leaf_of_;  // by body: index of its node
-  std::size_t moved_ = 0;     // moves since the tree was built
+  std::vector<int> leaf_of_;  // by body: index of its leaf in nodes_
+  std::size_t moved_ = 0;     // number of boxes replaced since the tree was built
 };
 
 template <class Visit>

@@ -14,8 +14,8 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the median time (s) of five searches. As in the contact search, all moving bodies are
-// rebuilt, and all pairs of neighbouring bodies are queried.
+// Returns the median time (s) of five searches. A search rebuilds the pyramids of all moving bodies
+// and queries all pairs of neighbouring bodies.
 double measure(PairSearch& search, const Scene& scene) {
   std::vector<Vec3> room;
   const std::span<const Vec3> all =
@@ -35,7 +35,7 @@ double measure(PairSearch& search, const Scene& scene) {
   }
   std::vector<std::vector<bsi::LeafPair>> found;
   bsi::TraversalCounters counters;
-  // The first search is not measured, because it compiles shaders and allocates memory.
+  // The first search is not measured, because it may compile shaders and allocate memory.
   search.rebuild(every);
   search.find(queries, found, counters);
   std::array<double, 5> seconds{};

@@ -13,8 +13,8 @@ struct ComputeChoice {
   std::string device;                            // name of the device in OpenGL; empty on the CPU
   std::string reason;
 
-  // Returns, for example, "CPU: there is no graphics processor", for `weft check`, logs and
-  // trajectories.
+  // Returns the processor and the reason as text, for example "CPU: there is no graphics
+  // processor".
   std::string text() const;
 };
 
@@ -24,8 +24,8 @@ struct ChosenSearch {
 };
 
 // Chooses the processor by compute.backend of the case. With `auto`, a graphics processor runs the
-// search if there is one and it is faster than the CPU. To find out, both search this scene's
-// bodies (a fraction of a second). Throws CaseError if the case names a device that is missing.
+// search if there is one and it is faster than the CPU. Both are timed on this scene. Throws
+// CaseError if the case asks for a device that is missing or too small for the scene.
 ChosenSearch choose_search(const Scene& scene);
 
 }  // namespace weft::sim

@@ -9,7 +9,7 @@ namespace weft::sim {
 
 namespace {
 
-// Stands in for a SurfaceMap if points are particles.
+// Replaces SurfaceMap in loops if the points are the particles.
 struct OwnParticles {
   static const Vec3& apply(int point, std::span<const Vec3> particles) { return particles[point]; }
   static void add_transpose(int point, double factor, const Vec3& value,
@@ -23,8 +23,8 @@ struct OwnParticles {
 Contact::Contact(const Scene& scene, Statistics& statistics, ChosenSearch search)
     : scene_(scene), surface_(scene, statistics, std::move(search)) {}
 
-// Calls use(map) with the scene's map or, if points are particles, with OwnParticles, which has no
-// cost.
+// Calls use(map) with the scene's map. If the points are the particles, `map` is OwnParticles
+// instead.
 template <class Use>
 void Contact::with_map(const Use& use) const {
   if (scene_.surface_map.is_identity()) {
@@ -34,8 +34,8 @@ void Contact::with_map(const Use& use) const {
   }
 }
 
-// Maps particles to surface points. Points of obstacles with poses are left out; they are placed
-// one by one when they are needed.
+// Maps positions of particles to positions of surface points, except on obstacles that have poses.
+// PlacedPoints::place() computes points of those when they are needed.
 PlacedPoints Contact::on_surface(const PlacedParticles& now, Points& points) const {
   const bool has_poses = !now.poses.empty();
   if (scene_.surface_map.is_identity())
@@ -45,8 +45,8 @@ PlacedPoints Contact::on_surface(const PlacedParticles& now, Points& points) con
   return {points.position, points.velocity, now.poses};
 }
 
-// Maps the points of dynamic bodies and, with `obstacles_too`, of moving obstacles. The first call
-// also maps the points of obstacles at rest, which stay valid.
+// Computes the points of dynamic bodies and, if `obstacles_too`, of moving obstacles. The first
+// call computes all points. Obstacles at rest keep these points in later calls.
 void Contact::map_bodies(bool obstacles_too, std::span<const Vec3> from,
                          std::vector<Vec3>& to) const {
   const SurfaceMap& map = scene_.surface_map;
@@ -63,8 +63,8 @@ void Contact::map_bodies(bool obstacles_too, std::span<const Vec3> from,
   }
 }
 
-// Maps stray from particles to points. A point strays by at most the sum of its particles' strays,
-// each times the magnitude of its weight.
+// Maps strays from particles to points. A point strays by at most the sum over its particles of the
+// stray times the magnitude of the weight.
 PointStray Contact::on_surface(const PathStray& stray) {
   if (scene_.surface_map.is_identity() || stray.body.empty()) return {stray.body, stray.particle};
   body_stray_.assign(scene_.bodies.size(), 0.0);
@@ -112,7 +112,7 @@ void Contact::add_forces(std::span<Vec3> normal, std::span<Vec3> friction) const
   add_forces_to(normal, friction);
 }
 
-// `normal` and `friction` may be the same list.
+// Adds contact forces to two lists, which may be the same list.
 void Contact::add_forces_to(std::span<Vec3> normal, std::span<Vec3> friction) const {
   const bool all = static_cast<int>(normal.size()) > scene_.dynamic_particles;
   const int count = all ? scene_.point_count : scene_.dynamic_points;
@@ -139,8 +139,8 @@ void Contact::add_forces_to(std::span<Vec3> normal, std::span<Vec3> friction) co
   });
 }
 
-// Friction acts on an obstacle's rigid extension to the dynamic points (Sliding). Forces and
-// moments are therefore taken at these points.
+// Forces and moments are taken at the dynamic points, because friction acts on an obstacle at these
+// points (Sliding).
 void Contact::add_wrenches(std::span<const Vec3> position, std::span<Wrench> by_body) const {
   const auto wrench_of = [&](const std::array<int, 4>& nodes) -> Wrench* {
     const int highest = std::max(nodes[0], nodes[3]);
@@ -194,7 +194,8 @@ double Contact::energy() const {
   return sum;
 }
 
-// Adds to out_i, for each pair with normal n, weight_i block(pair) n (n . sum_j weight_j in_j).
+// For each pair with normal n, adds weight_i block(pair) n (n . sum_j weight_j in_j) to out_i. The
+// indices i and j number the four points of the pair.
 template <class Block>
 void Contact::add_pair_products(const Block& block, std::span<const Vec3> in,
                                 std::span<Vec3> out) const {
@@ -249,7 +250,7 @@ Contact::Stencil Contact::stencil(const ContactPair& pair, StencilRoom& room) co
   return {pair.nodes, pair.weight, surface_.sliding(pair.sliding).lever};
 }
 
-// Adds up the shares of a pair's four points by particle.
+// Sums the weights and levers of a pair's four points by particle.
 Contact::Stencil Contact::joined_stencil(const ContactPair& pair, StencilRoom& room) const {
   const Sliding* const sliding = pair.sliding < 0 ? nullptr : &surface_.sliding(pair.sliding);
   room = {};

@@ -1,4 +1,5 @@
-// Contact forces on particles, computed from those on surface points, and their matrices.
+// Contact forces on particles and their stiffness and damping matrices. They are computed from
+// contact forces on surface points.
 #pragma once
 
 #include <optional>
@@ -10,12 +11,12 @@
 
 namespace weft::sim {
 
-// Positions of all particles at one time, m. If `poses` is given, with one pose per obstacle of
-// RigidObstacles::all(), the positions of these obstacles may be missing. Contact then overwrites
-// them in `room` where it needs them, and the obstacles' velocities (m/s) in `velocity` unless that
-// is empty.
+// Positions of all particles at one time, m. `poses` may have one pose per obstacle of
+// RigidObstacles::all(). If it is given, the positions of these obstacles need not be valid.
+// Contact writes positions of the obstacles to `room` when it needs them, and their velocities
+// (m/s) to `velocity` unless `velocity` is empty.
 struct PlacedParticles {
-  // All positions are given, and no poses.
+  // Takes the positions of all particles, without poses.
   PlacedParticles(std::span<const Vec3> given) : position(given) {}  // NOLINT: implicit
   PlacedParticles(std::span<Vec3> given, std::span<Vec3> rates, std::span<const RigidPose> places)
       : position(given), room(given), velocity(rates), poses(places) {}
@@ -32,7 +33,7 @@ struct PathStray {
   std::span<const double> body, particle;
 };
 
-// A force (N) and its moment about the origin (N m), summed over parts.
+// A sum of forces (N) and of their moments about the origin (N m).
 struct Wrench {
   Vec3 force{0, 0, 0}, moment{0, 0, 0};
   void add(const Vec3& place, const Vec3& part) {
@@ -64,21 +65,22 @@ class Contact {
                                                      std::span<const Vec3> velocity, int threads) {
     return evaluate(PlacedParticles(position), velocity, threads);
   }
-  // Adds the contact forces (N) to `force`. This function and those below, except touched(), use
-  // the results of the last evaluate(). Arrays have one entry per dynamic particle. If `force` has
-  // one entry per particle, obstacles get their forces, too.
+  // Adds the contact forces (N) of the last evaluate() to `force`. `force` has one entry per
+  // dynamic particle, or one per particle. In the second case, the particles of obstacles get
+  // forces, too.
   void add_forces(std::span<Vec3> force) const;
-  // Adds the same forces in two parts: along normals, including contact damping, and friction. Both
-  // lists have one entry per dynamic particle, or one per particle.
+  // Adds the contact forces (N) of the last evaluate() to two lists: friction to `friction`, all
+  // other forces to `normal`. Both lists have one entry per dynamic particle, or one per particle.
   void add_forces(std::span<Vec3> normal, std::span<Vec3> friction) const;
-  // Adds to by_body[b] the wrench that body b, which is not dynamic, exerts on the dynamic
-  // particles. `position` is that of the particles, m.
+  // Adds to by_body[b] the wrench of the contact forces that body b exerts on dynamic particles,
+  // for each body b that is not dynamic. `position` has the positions of all particles, m.
   void add_wrenches(std::span<const Vec3> position, std::span<Wrench> by_body) const;
-  // Replaces `particles` by the particles of obstacles on which add_forces() would act, in
-  // ascending order.
+  // Sets `particles` to the particles of obstacles to which add_forces() adds forces, in ascending
+  // order.
   void find_loaded_obstacles(std::vector<int>& particles) const;
   double energy() const;
-  // Adds (gamma^2 K + gamma D) * in to `out`.
+  // Adds (gamma^2 K + gamma D) * in to `out`. Both have one entry per dynamic particle, and gamma
+  // is a time (s). K and D are those of the last evaluate().
   void add_product(double gamma, std::span<const Vec3> in, std::span<Vec3> out) const;
   // Subtracts factor * K * in from `out`.
   void subtract_stiffness(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
@@ -92,11 +94,11 @@ class Contact {
   // Makes the matrices of later evaluations positive semi-definite, for long fixed steps. Negative
   // stiffness and damping of pairs, and the friction slope of subtracted terms, are set to zero.
   void keep_matrix_definite() { surface_.keep_matrix_definite(); }
-  // The part of gamma^2 K + gamma D that one pair in reach adds, for preconditioners. Between two
-  // dynamic particles i and j it is weight_i weight_j `block`. The block is made positive
-  // semi-definite. Friction uses the weights in place of its levers.
+  // The part of one pair in gamma^2 K + gamma D, for preconditioners. Its block for two dynamic
+  // particles i and j is weight_i weight_j `block`. `block` is positive semi-definite. For
+  // friction, the weights replace the levers.
   struct Coupling {
-    std::span<const int> particles;  // each once
+    std::span<const int> particles;  // no particle occurs twice
     std::span<const double> weights;
     Mat3 block;
   };
@@ -104,15 +106,17 @@ class Contact {
   template <class Visit>
   void visit_definite_couplings(double gamma, const Visit& visit) const;
   const RigidObstacles& obstacles() const { return surface_.obstacles(); }
-  // The device on which the search runs.
+  // Returns the processor that runs the contact search.
   const ComputeChoice& compute() const { return surface_.compute(); }
   std::size_t pairs_in_reach() const { return surface_.pairs().size(); }
-  // The pairs in reach. Their nodes are surface points.
+  // Returns the pairs in reach at the last evaluate(). Their nodes are surface points.
   std::span<const ContactPair> pairs() const { return surface_.pairs(); }
-  // Returns the marks of SurfaceContact::touched(), by body.
+  // Returns one mark per body, nonzero for sleeping bodies that a dynamic body has touched
+  // (SurfaceContact::touched()).
   std::span<const char> touched() const { return surface_.touched(); }
   void forget_touched() { surface_.forget_touched(); }
-  // Returns the smallest gap (m) of the pairs in reach, or nothing if there are none.
+  // Returns the smallest gap (m) of the pairs in reach at the last evaluate(), or nothing if there
+  // are none.
   std::optional<double> smallest_gap() const;
 
   // Returns a fault unless every pair of features provably stays apart and ends with a positive
@@ -127,25 +131,27 @@ class Contact {
     return check_path(PlacedParticles(start), PlacedParticles(end), stray);
   }
   // Checks the first part, start -> end, of the straight path of a step. Returns a fault if
-  // surfaces may meet on it. No gap is required, because check_path() has already passed for the
-  // whole step.
+  // surfaces may meet on it. Unlike check_path(), it does not require a gap.
   [[nodiscard]] std::optional<ContactFault> check_crossing(const PlacedParticles& start,
                                                            const PlacedParticles& end);
   // Sets *smallest_gap to the smallest gap (m) within the range at `position`, or to infinity if
   // there is none. Returns a fault if a gap is not positive.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
                                                         double* smallest_gap);
-  // Returns a pair of features of one body closer than thickness + range at `position`, if any.
+  // Returns a fault if two features of one body are closer than thickness + range at `position`, or
+  // if a position is not finite.
   [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
 
  private:
-  // All surface points at one time, if these are not the particles.
+  // Positions (m) and velocities (m/s) of all surface points at one time. Empty if the points are
+  // the particles.
   struct Points {
     std::vector<Vec3> position, velocity;
   };
-  // A pair in terms of the particles of its four points, each particle once. `weights` are those of
-  // the particles in the separation of the closest points. If there is friction, `levers` are those
-  // of the particles (Sliding).
+  // The particles on which the four points of a pair depend, each once. The separation of the
+  // closest points is the sum of `weights` times particle positions. With friction, the sliding
+  // velocity (Sliding) depends on the particle velocities through `levers`; without friction,
+  // `levers` is empty.
   struct Stencil {
     std::span<const int> particles;
     std::span<const double> weights;
@@ -181,8 +187,8 @@ class Contact {
 
   const Scene& scene_;
   SurfaceContact surface_;
-  Points now_, start_, end_;                      // for evaluations; for both ends of a path
-  std::vector<double> body_stray_, point_stray_;  // m
+  Points now_, start_, end_;  // now_: at evaluations; start_, end_: at the ends of a path
+  std::vector<double> body_stray_, point_stray_;  // m, by body and by dynamic point
 };
 
 template <class Visit>

@@ -9,8 +9,8 @@ namespace weft::sim {
 
 namespace {
 
-// Below this squared sine, two directions on a surface are too nearly parallel to determine its
-// rotation.
+// Two directions on a surface count as parallel if the squared sine of their angle is smaller than
+// this. They then do not determine the rotation of the surface.
 constexpr double parallel_squared_sine = 1e-12;
 
 Mat3 cross_matrix(const Vec3& v) {
@@ -37,8 +37,9 @@ std::optional<std::array<Mat3, 2>> turning(const Vec3& e1, const Vec3& e2) {
                              Mat3(0.5 * m * q2.transpose() - q2 * m.transpose())};
 }
 
-// Returns the levers of Sliding for two dynamic features. A triangle rotates with its two edges
-// from the first corner. Two edges rotate with the plane that both span.
+// Returns Sliding::lever for two dynamic features, or nothing if they do not span a surface. A
+// triangle rotates with the two edges at its first corner. Two edges rotate with the plane that
+// both span.
 std::optional<std::array<Mat3, 4>> sliding_levers(bsi::FeatureKind kind,
                                                   const bsi::Closest& closest,
                                                   const bsi::FourPoints& x, const Vec3& normal) {

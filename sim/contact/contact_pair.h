@@ -1,5 +1,5 @@
-// One contact: two features, or a vertex and a term of a surface, with its forces and their
-// derivatives.
+// A pair of surface features in contact, with its forces and their derivatives. The features are a
+// vertex and a triangle, or two edges.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,40 +16,43 @@ namespace weft::sim {
 // Parameters of the contact law (materials/contact.h) for one pair.
 struct ContactLaw {
   double range = 0;           // m
-  double stiffness = 0;       // N/m, of the barrier, for the pair's share of the area
+  double stiffness = 0;       // barrier stiffness times the area of the pair, N/m
   double damping_time = 0;    // s
   double friction = 0;        // Coulomb coefficient
   double friction_speed = 0;  // m/s
 };
 
 // Friction of a pair. It acts on the tangential sliding velocity u with the forces lever_i^T f,
-// where lever_i = du / dv_i. u is the velocity of the first feature's closest point less that of
-// the second's. Both are taken at one place, to which one feature is extended as a rigid body.
-// Against an obstacle, the obstacle is extended, because it is rigid. Of two dynamic features, the
-// second is extended, with the rotation of its edges. u is zero in every rigid motion of all four
-// points. Friction therefore takes no power from such a motion, and its forces have neither a
+// where lever_i = du / dv_i. u is the velocity of the first feature's closest point minus the
+// velocity of the second feature there. To this end, one feature is extended as a rigid body. If
+// one belongs to an obstacle, it is the extended one. Of two dynamic features, the second is
+// extended. It rotates with its triangle or, for two edges, with the plane that both edges span. u
+// is then zero in every rigid motion of all four points, so that the friction forces have neither a
 // resultant nor a torque.
 struct Sliding {
   std::array<Mat3, 4> lever;
-  Vec3 force{0, 0, 0};        // N, on the first feature
-  Mat3 slope = Mat3::Zero();  // -d force / d u, N s/m, semi-definite; sign of the coefficient
+  Vec3 force{0, 0, 0};        // force on the first feature, N
+  Mat3 slope = Mat3::Zero();  // -d force / d u, N s/m; its sign is that of the coefficient
 };
 
 struct ContactPair {
-  std::array<int, 4> nodes{};      // surface points
-  std::array<double, 4> weight{};  // of bsi::Closest: sum +1 on the first feature, -1 on the second
-  Vec3 normal{0, 0, 0};            // from the second feature's closest point to the first's
-  double coefficient = 1;          // factor of the pair in the sum; negative for subtracted terms
-  double gap = 0;                  // m
-  double energy = 0;               // J
-  double push = 0;                 // N along the normal, barrier and damping
+  std::array<int, 4> nodes{};  // surface points
+  // Weights of the points, as in bsi::Closest. They sum to +1 on the first feature, and to -1 on
+  // the second.
+  std::array<double, 4> weight{};
+  Vec3 normal{0, 0, 0};    // from the second feature's closest point to the first's
+  double coefficient = 1;  // factor of the pair's forces and energy; negative for subtracted terms
+  double gap = 0;          // m
+  double energy = 0;       // J
+  double push = 0;         // force of barrier and damping along the normal, N
   double stiffness = 0, damping = 0;  // slopes of the push: -d/dgap (N/m), -d/drate (N s/m)
-  int sliding = -1;                   // index in the list of Sliding; -1: no friction
+  int sliding = -1;                   // argument of SurfaceContact::sliding(); -1: no friction
 };
 
 // Sets the weights, normal, gap, energy, push and derivatives of the push in `pair` from its
-// closest points. Precondition: the gap is positive. The barrier is multiplied by `mollifier`.
-// `velocity` (m/s) is that of all surface points. Returns the push of the barrier alone, N.
+// closest points. Preconditions: the gap is positive, and the nodes and the coefficient of `pair`
+// are set. The barrier is multiplied by `mollifier`. `velocity` has the velocities of all surface
+// points (m/s). Returns the push of the barrier alone, N.
 double apply_push(const ContactLaw& law, double thickness, double mollifier,
                   const bsi::Closest& closest, std::span<const Vec3> velocity, ContactPair& pair);
 
@@ -57,10 +60,10 @@ double apply_push(const ContactLaw& law, double thickness, double mollifier,
 // no area.
 Vec3 rigid_spin(const std::array<Vec3, 3>& position, const std::array<Vec3, 3>& velocity);
 
-// Returns the friction of a pair whose push is known. Returns nothing if there is none, or if the
-// four points do not span a surface. `obstacle_spin` is the angular velocity (rad/s) of the feature
-// that belongs to an obstacle, if any. `barrier_push` is the result of apply_push(), which excludes
-// damping. Damping jumps at an impact, and Newton's iteration would fail far more often.
+// Returns the friction of a pair whose push is known. Returns nothing if there is no friction, or
+// if the four points do not span a surface. `obstacle_spin` is the angular velocity (rad/s) of the
+// feature that belongs to an obstacle, if any. `barrier_push` is the result of apply_push(). It
+// excludes damping, which jumps at an impact and would make Newton's iteration fail more often.
 std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
                                    double barrier_push, const bsi::Closest& closest,
                                    const bsi::FourPoints& points, std::span<const Vec3> velocity,

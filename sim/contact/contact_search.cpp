@@ -13,14 +13,15 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double lost_distance = 1e15;  // m
+// Distance (m) from the origin at which a point counts as lost.
+constexpr double lost_distance = 1e15;
 
 // Distance by which a body's box is widened on every side, as a fraction of its diagonal. With more
 // room, boxes have more neighbours. With less, bodies leave their boxes more often.
 constexpr double room = 0.125;
 
-// Returns a quarter of the mean edge, m. Lists are then a few times longer than necessary, and
-// rebuilt every few tens of steps.
+// Returns the default slack: a quarter of the mean length of the edges of dynamic bodies at rest,
+// m.
 double default_slack(const Scene& scene) {
   double sum = 0;
   std::size_t count = 0;
@@ -33,8 +34,8 @@ double default_slack(const Scene& scene) {
   return 0.25 * sum / static_cast<double>(count);
 }
 
-// Returns a sphere around the points. It need not be the smallest, because it only bounds the
-// distance of two bodies.
+// Returns a sphere around the points of both lists. It need not be the smallest, because it only
+// bounds the distance of two bodies.
 bsi::Sphere sphere_around(std::span<const Vec3> first, std::span<const Vec3> second) {
   Vec3 low = first[0], high = first[0];
   for (const auto& points : {first, second}) {
@@ -48,7 +49,8 @@ bsi::Sphere sphere_around(std::span<const Vec3> first, std::span<const Vec3> sec
   return {centre[0], centre[1], centre[2], std::nextafter(static_cast<float>(radius), INFINITY)};
 }
 
-// Extends the box by the points. Returns their sum, which propagates NaN; a minimum would drop it.
+// Extends the box by the points. Returns the sum of the points. The sum is NaN if a point is NaN,
+// whereas the box ignores NaN.
 Vec3 extend(BodyTree::Box& box, std::span<const Vec3> points) {
   Vec3 low = box.min(), high = box.max(), sum = Vec3::Zero();
   for (const Vec3& p : points) {
@@ -65,8 +67,8 @@ BodyTree::Box widened(const BodyTree::Box& box, double by) {
   return {box.min() - more, box.max() + more};
 }
 
-// Returns the distance (m) by which boxes of bodies are widened. Bodies whose widened boxes do not
-// meet are out of contact.
+// Returns the distance (m) by which the box of a body is widened. Bodies whose widened boxes do not
+// meet are farther apart than thickness + range.
 double half_reach(const Scene& scene, const SceneBody& body) {
   return 0.5 * (body.thickness + scene.source.contact.range);
 }
@@ -83,7 +85,8 @@ CandidateList empty_list(const Scene& scene, const BodyPair& pair) {
   return list;
 }
 
-// Returns the searched pairs that have one of these bodies and whose boxes meet, in order.
+// Returns the pairs of bodies, sorted, that contain one of `bodies`, that the contact search
+// covers, and whose boxes meet. Adds the number of boxes compared to `compared`.
 std::vector<BodyPair> searched_neighbours(const Scene& scene, const BodyTree& tree,
                                           std::span<const int> bodies, int& compared) {
   std::vector<BodyPair> pairs;
@@ -171,7 +174,7 @@ ContactSearch::Displacement ContactSearch::displacement(std::span<const Vec3> sn
 }
 
 // Returns a point of the body that is not finite or farther than lost_distance from the origin, if
-// any. A sphere in float32 could not contain such a point.
+// any. A sphere in float32 could not contain this point.
 std::optional<int> ContactSearch::find_lost(std::span<const Vec3> position, int body) const {
   const auto points = of_body(position, body);
   const auto lost = std::find_if(points.begin(), points.end(), [](const Vec3& p) {
@@ -181,9 +184,9 @@ std::optional<int> ContactSearch::find_lost(std::span<const Vec3> position, int 
   return scene_.bodies[body].first_point + static_cast<int>(lost - points.begin());
 }
 
-// A point p of the obstacle has moved by d + (R1 - R0) (p - middle), where d is the displacement of
-// its middle. The spectral norm of R1 - R0 is its Frobenius norm over the square root of two,
-// because its two singular values other than zero are equal.
+// A point p of the obstacle, at t = 0, has moved by d + (R1 - R0) (p - middle), where d is the
+// displacement of its middle. The spectral norm of R1 - R0 is its Frobenius norm over the square
+// root of two, because its two nonzero singular values are equal.
 ContactSearch::Displacement ContactSearch::displacement(const RigidObstacle& obstacle,
                                                         const RigidPose& snapshot,
                                                         const RigidPose& now) {
@@ -214,8 +217,8 @@ std::optional<int> ContactSearch::track(const PlacedPoints& now, bool from_start
   return std::nullopt;
 }
 
-// Tracks an obstacle by its pose or, if its snapshot consists of points, by its points. Returns
-// true if all positions are finite.
+// Finds the displacement of an obstacle from its pose or, if its snapshot consists of points, from
+// its points. Extends its box. Returns true if the pose or the points are finite.
 bool ContactSearch::track_pose(const RigidObstacle& obstacle, const PlacedPoints& now,
                                bool from_start) {
   Tracked& tracked = tracked_[obstacle.body];
@@ -243,8 +246,8 @@ bool ContactSearch::track_points(int body, std::span<const Vec3> now, bool from_
   return sum.allFinite();
 }
 
-// Replaces the poses of an obstacle's snapshot by positions, because the obstacle is now given by
-// positions.
+// Replaces the poses of an obstacle's snapshot by positions of its points, for updates without
+// poses.
 void ContactSearch::fill_snapshot(const RigidObstacle& obstacle) {
   Tracked& tracked = tracked_[obstacle.body];
   for (const Vec3& start : obstacle.start()) {
@@ -256,8 +259,8 @@ void ContactSearch::fill_snapshot(const RigidObstacle& obstacle) {
   tracked.path_start_pose.reset();
 }
 
-// Returns a bound (m) on how much the distance of a point of one body from a point of the other may
-// differ from their distance on the straight paths.
+// Returns the sum (m) of the strays of both bodies. Strays change the distance between points of
+// the two bodies by no more than this sum.
 double ContactSearch::stray(const CandidateList& list) const {
   return tracked_[list.body_a].stray + tracked_[list.body_b].stray;
 }
@@ -269,8 +272,8 @@ double ContactSearch::drift(const CandidateList& list, const Displacement& a,
 }
 
 // Returns an upper bound (m) of the change of any distance since the list was built. At equal times
-// on two straight paths, displacements are convex combinations of those at the ends, with the same
-// weights for both bodies. The change is therefore no larger than at one of the ends.
+// on two straight paths, displacements are convex combinations of the displacements at the ends,
+// with the same weights for both bodies. The change is therefore no larger than at one of the ends.
 double ContactSearch::drift(const CandidateList& list) const {
   const Tracked& a = tracked_[list.body_a];
   const Tracked& b = tracked_[list.body_b];
@@ -295,9 +298,9 @@ bool ContactSearch::are_valid() const {
   return true;
 }
 
-// Marks bodies that need a new snapshot: the bodies of lists that are no longer valid, and all
-// moving bodies connected to them by further lists. A new snapshot invalidates every list built
-// from the old one.
+// Marks bodies that need a new snapshot. These are the bodies of lists that are no longer valid,
+// and all moving bodies connected to them by lists with `near`. A new snapshot of a body
+// invalidates all its lists with `near`.
 std::vector<char> ContactSearch::bodies_to_refresh() const {
   std::vector<char> marked(tracked_.size(), 0);
   const auto mark = [&](int body) {
@@ -340,10 +343,9 @@ std::optional<int> ContactSearch::update_path(const PlacedPoints& start, const P
     tracked_[b].stray = stray.empty() ? 0 : stray[b];
     tracked_[b].box.setEmpty();
   }
-  // From one straight path to another, distances change by no more than between their starts or
-  // between their ends. The lists of one path therefore also serve paths beside it, such as those
-  // of Newton's iterations. Such paths start at one place and end near each other, far from that
-  // place.
+  // The change of a distance from one straight path to another, at equal times, is at most the
+  // larger of its changes at the starts and at the ends. The lists of one path therefore also serve
+  // other paths with nearby starts and ends, such as those of Newton's iterations.
   if (const auto bad = track(start, true)) return bad;
   for (const int b : moving_) tracked_[b].at_start = tracked_[b].now;
   if (const auto bad = track(end)) return bad;
@@ -352,8 +354,8 @@ std::optional<int> ContactSearch::update_path(const PlacedPoints& start, const P
   return std::nullopt;
 }
 
-// Returns the box that the body's box in the tree must contain. Bodies whose boxes in the tree do
-// not meet are then certain to be out of reach.
+// Returns the box that the body's box in the tree must contain. Bodies are then farther apart than
+// thickness + range if their boxes in the tree do not meet.
 ContactSearch::Box ContactSearch::needed_box(int body) const {
   const Tracked& tracked = tracked_[body];
   return widened(tracked.box, tracked.stray + half_reach(scene_, scene_.bodies[body]));
@@ -390,7 +392,8 @@ void ContactSearch::place_all(std::span<const Vec3> position) {
   replace_lists(all);
 }
 
-// Replaces the lists of bodies with new boxes by lists for their new neighbours.
+// Updates the set of lists after the bodies `placed` got new boxes. The lists of these bodies are
+// then those of their new neighbours.
 void ContactSearch::replace_lists(std::span<const int> placed) {
   int compared = 0;
   const std::vector<BodyPair> pairs = searched_neighbours(scene_, tree_, placed, compared);
@@ -405,7 +408,8 @@ void ContactSearch::replace_lists(std::span<const int> placed) {
   for (const int b : placed) placed_[b] = 0;
 }
 
-// Keeps lists of these pairs, and lists of bodies without new boxes. Adds the missing lists.
+// Keeps the lists of `pairs` and the lists of bodies without new boxes. Removes other lists and
+// adds the missing ones.
 void ContactSearch::merge_lists(std::span<const BodyPair> pairs) {
   std::vector<CandidateList> lists;
   std::vector<ListState> states;
@@ -428,8 +432,8 @@ void ContactSearch::merge_lists(std::span<const BodyPair> pairs) {
   states_.swap(states);
 }
 
-// Returns the state of the list of a new pair. If both bodies have bounding spheres, these may
-// exclude the pair at once.
+// Returns the state of the list of a new pair. If both bodies have bounding spheres, the spheres
+// may exclude the pair at once.
 ContactSearch::ListState ContactSearch::first_state(const CandidateList& list) {
   const Tracked& a = tracked_[list.body_a];
   const Tracked& b = tracked_[list.body_b];
@@ -488,8 +492,8 @@ void ContactSearch::refresh_body(int body, const PlacedPoints& start, const Plac
   tracked.bounds = sphere_around(from, position);
 }
 
-// Clears a list that must be rebuilt. Returns true if the bounding spheres keep its bodies apart,
-// so that the list stays empty.
+// Clears a list that must be rebuilt. Returns true if the bounding spheres keep its bodies apart
+// and the list therefore stays empty.
 bool ContactSearch::rule_out(std::size_t l) {
   CandidateList& list = lists_[l];
   ListState& state = states_[l];
@@ -506,8 +510,8 @@ bool ContactSearch::rule_out(std::size_t l) {
   const double clearance = bsi::bounding_sphere_gap(a.bounds, b.bounds) - list.thickness - range_;
   state.near = clearance <= slack_ + state.stray;
   if (state.near) return false;
-  // The spheres bound the bodies at their snapshots, so that displacements since the snapshots
-  // count against the clearance.
+  // The spheres contain the bodies at their snapshots, so displacements since the snapshots count
+  // against the clearance.
   state.clearance = clearance;
   state.path_length = a.path_length + b.path_length;
   return true;
@@ -552,7 +556,7 @@ void ContactSearch::find_quad_pairs(const PlacedPoints& start, const PlacedPoint
   statistics_.counters.bound_tests += tests.bound_tests;
 }
 
-// Places the corners of all quads found that belong to obstacles with poses.
+// Computes the corners of all quads found on obstacles that are given by their poses.
 void ContactSearch::place_found(const PlacedPoints& start, const PlacedPoints& end) {
   marks_.begin(scene_.point_count);
   for (std::size_t i = 0; i < building_.size(); ++i) {

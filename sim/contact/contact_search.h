@@ -1,5 +1,5 @@
-// Finds features that may touch. Candidate lists from the pyramids are kept until bodies may have
-// moved into reach.
+// Finds pairs of features that may touch. Lists of candidates are reused until bodies may have
+// moved so far that the lists are incomplete.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,9 @@ namespace weft::sim {
 struct FeaturePair {
   int a = 0;
   int b = 0;
-  float distance = 0;  // m, lower bound at the positions where the list was built
+  // Lower bound (m) of the distance, at the positions or along the paths for which the list was
+  // built.
+  float distance = 0;
 };
 
 // Two bodies, a < b, or one body with itself, a == b.
@@ -34,54 +36,58 @@ struct BodyPair {
 };
 
 // The candidates of two bodies, or of one body with itself. Each list is sorted by (a, b), so that
-// the order of the pairs in reach does not depend on how the list was found.
+// the order does not depend on the processor that found the pairs.
 struct CandidateList {
   int body_a = 0;
   int body_b = 0;
-  double thickness = 0;                      // mean of both bodies, m
-  std::vector<FeaturePair> vertex_triangle;  // vertex of a, triangle of b
-  std::vector<FeaturePair> triangle_vertex;  // vertex of b, triangle of a; empty for self
-  std::vector<FeaturePair> edge_edge;        // edge of a, edge of b; for self a < b
+  double thickness = 0;                      // mean thickness of both bodies, m
+  std::vector<FeaturePair> vertex_triangle;  // vertex of body_a, triangle of body_b
+  std::vector<FeaturePair> triangle_vertex;  // vertex of body_b, triangle of body_a; empty for self
+  std::vector<FeaturePair> edge_edge;        // edges of body_a and body_b; for self a < b
   double drift = 0;  // m, upper bound of the change of any distance since the list was built
 
   bool is_self() const { return body_a == body_b; }
 };
 
-// Returns an empty list for every pair of bodies that may touch, near or far. O(bodies^2).
+// Returns an empty list for every pair of bodies that the contact search covers, at any distance.
+// O(bodies^2).
 std::vector<CandidateList> searched_pairs(const Scene& scene);
-// Returns an empty list for every pair of bodies whose boxes at the start are within thickness +
-// range + slack of each other.
+// Returns an empty list for every pair of bodies that the contact search covers and whose widened
+// boxes meet at t = 0. A box is widened by half the sum of the body's thickness, the range and the
+// slack.
 std::vector<CandidateList> neighbours_at_start(const Scene& scene);
-// Returns the distance (m) by which lists reach beyond thickness + range.
+// Returns the distance (m) by which candidate lists reach beyond thickness + range.
 double search_slack(const Scene& scene);
 
-// Keeps the candidate lists of all pairs of bodies that may touch. The lists contain every pair of
-// features closer than thickness + range at the positions last passed to update(). They are built
-// with a slack and remain valid until the bodies have moved by that distance. Translations of a
-// whole body (within one body) and common translations (of two bodies) do not count as motion.
+// Keeps candidate lists of pairs of bodies. The lists contain every pair of features closer than
+// thickness + range at the positions or along the paths of the last update. They are built with a
+// slack and remain valid until the bodies have moved by that distance. A translation of a whole
+// body does not count for pairs within the body. A common translation of two bodies does not count
+// for pairs between them.
 //
-// Every body has a box that is larger than necessary. Pairs whose boxes do not meet have no list
-// and are not visited. A body that leaves its box gets a new box and, from a tree, new neighbours.
-// If the bounding spheres of two neighbours are farther apart than their list reaches, the list
-// stays empty until the bodies might have met.
+// Every body has a box that is larger than necessary. Pairs of bodies whose boxes do not meet have
+// no list and cost nothing. A body that leaves its box gets a new box, and a tree finds its new
+// neighbours. If the bounding spheres of two neighbours are farther apart than their list reaches,
+// the list stays empty until the bodies might have met.
 //
-// Obstacles that move as rigid bodies may be given by their poses, which bound their positions and
-// displacements. Their vertices are placed only where lists are built from them.
+// Obstacles that move as rigid bodies may be given by their poses, from which their positions and
+// displacements are bounded. Their vertices are placed only where lists are built from them.
 //
-// Pairs whose points all follow prescribed paths are left out, because no force could separate
-// them.
+// Pairs of features whose points all follow prescribed paths are left out, because no force could
+// separate them.
 class ContactSearch {
  public:
   ContactSearch(const Scene& scene, Statistics& statistics, ChosenSearch search);
 
-  // Makes the lists complete at these positions of all surface points, m. Returns a point whose
-  // position is not finite, if any.
+  // Makes the lists complete at the positions `now` of all surface points, m. If a point is not
+  // finite or is extremely far away (1e15 m), returns its index.
   [[nodiscard]] std::optional<int> update(const PlacedPoints& now);
   [[nodiscard]] std::optional<int> update(std::span<const Vec3> position) {
     return update(PlacedPoints(position));
   }
-  // Makes the lists complete all along the straight paths start -> end, m, and along all paths that
-  // deviate from these by at most `stray` (m, by body; empty: zero). Returns as update() does.
+  // Makes the lists complete along the straight paths start -> end of all surface points, m, and
+  // along all paths that deviate from these by at most `stray` (m, by body; empty: zero). Returns
+  // the same as update().
   [[nodiscard]] std::optional<int> update_path(const PlacedPoints& start, const PlacedPoints& end,
                                                std::span<const double> stray = {});
   [[nodiscard]] std::optional<int> update_path(std::span<const Vec3> start,
@@ -94,13 +100,13 @@ class ContactSearch {
   std::span<const CandidateList> lists() const { return lists_; }
   const RigidObstacles& obstacles() const { return obstacles_; }
   double slack() const { return slack_; }
-  // Returns the device that runs the search. It changes at most once: if a device fails, the CPU
-  // continues, with the same results.
+  // Returns the processor that runs the search. If a device fails, the CPU takes over with the same
+  // results.
   const ComputeChoice& compute() const { return search_.choice; }
 
  private:
-  // The displacement of a body since a snapshot, m: |x - x_snapshot - mean| <= residual for all its
-  // points.
+  // The displacement of a body since a snapshot, m. All its points satisfy |x - x_snapshot - mean|
+  // <= residual.
   struct Displacement {
     Vec3 mean{0, 0, 0};
     double residual = 0;
@@ -108,35 +114,40 @@ class ContactSearch {
   };
   using Box = BodyTree::Box;
   struct Tracked {
-    // Positions at which the lists were built, or those at the end of the path for which they were
-    // built. Empty for a body that does not move or has never had a list.
+    // Positions of the body's points when its lists were last built, m. For lists of paths, these
+    // are the ends of the paths. Empty if the body does not move or has not had a list yet.
     std::vector<Vec3> snapshot;
-    std::vector<Vec3> path_start;  // start of that path; empty if there was none
-    // Poses of a rigid obstacle in place of `snapshot` and `path_start`, if it was given by its
-    // pose.
+    std::vector<Vec3> path_start;  // m, starts of the paths; empty without paths
+    // For a rigid obstacle given by its pose, the poses that replace `snapshot` and `path_start`.
     std::optional<RigidPose> pose, path_start_pose;
-    double path_length = 0;  // m, sum of the displacements between earlier snapshots
-    Displacement now;        // at the end of the present path
-    Displacement at_start;   // at the start of that path; without a path, equal to `now`
+    double path_length = 0;  // m, sum of the displacements between all earlier snapshots
+    Displacement now;        // displacement since the snapshot at the end of the present path
+    // Displacement since the snapshot at the start of the path. Without a path, equal to `now`.
+    Displacement at_start;
     double largest() const { return std::max(now.largest(), at_start.largest()); }
-    Box box;           // around its present points or paths, without the stray
-    double stray = 0;  // m, largest deviation of its points from the present path
+    Box box;           // box around the body's present points or paths, without stray
+    double stray = 0;  // m, bound of the deviation of its points from the present path
     bool pyramid_built = false;
-    bsi::Sphere
-        bounds;  // around the body at its snapshot or all along its path; radius < 0 while unset
+    // Sphere around the body at its snapshot, or around its path. The radius is negative until the
+    // first snapshot.
+    bsi::Sphere bounds;
   };
   struct ListState {
-    bool near = false;  // true: built from the pyramids; false: excluded by the bounding spheres
+    // True if the list is built from pyramids, false if bounding spheres exclude all its pairs.
+    bool near = false;
     bool built = false;
-    double clearance = 0;    // m, path length of both bodies within which the pair stays excluded
-    double path_length = 0;  // m, of both bodies when the pair was excluded
-    double stray = 0;        // m, stray of both bodies for which the list was built
+    // Distance (m) that both bodies together may move until the pair is no longer excluded.
+    double clearance = 0;
+    // Sum of both bodies' path_length (m) when the pair was excluded.
+    double path_length = 0;
+    // Sum of the strays (m) of both bodies for which the list was built.
+    double stray = 0;
   };
 
   std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
   // Finds the displacements of all moving bodies since their snapshots or, with `from_start`, since
-  // the starts of their paths. Extends the bodies' boxes by the positions. Returns a point whose
-  // position is not finite, if any.
+  // their path_start. Extends the boxes of the bodies by the positions `now`. Returns the same as
+  // update().
   std::optional<int> track(const PlacedPoints& now, bool from_start = false);
   bool track_pose(const RigidObstacle& obstacle, const PlacedPoints& now, bool from_start);
   bool track_points(int body, std::span<const Vec3> now, bool from_start);
@@ -145,7 +156,7 @@ class ContactSearch {
   static Displacement displacement(const RigidObstacle& obstacle, const RigidPose& snapshot,
                                    const RigidPose& now);
   std::optional<int> find_lost(std::span<const Vec3> position, int body) const;
-  // Gives new boxes to bodies that have left theirs, and updates the lists accordingly.
+  // Gives new boxes to bodies that have left their boxes, and updates the set of lists.
   void find_neighbours(std::span<const Vec3> position);
   void place_all(std::span<const Vec3> position);
   Box needed_box(int body) const;
@@ -179,16 +190,15 @@ class ContactSearch {
   RigidObstacles obstacles_;
   PlacedMarks marks_;
   std::vector<Tracked> tracked_;
-  std::vector<int> moving_;   // bodies
-  BodyTree tree_;             // of boxes enlarged by room to move and half of the reach
-  std::vector<char> placed_;  // by body: nonzero if it got a new box in this update
+  std::vector<int> moving_;   // indices of the bodies that move
+  BodyTree tree_;             // tree of the results of enlarged_box()
+  std::vector<char> placed_;  // by body: nonzero if this update gives it a new box
   std::vector<CandidateList> lists_;
   std::vector<ListState> states_;  // by list
   ChosenSearch search_;
-  // The lists in progress, their queries and the quad pairs found.
-  std::vector<std::size_t> building_;
-  std::vector<PairQuery> queries_;
-  std::vector<std::vector<bsi::LeafPair>> quad_pairs_;
+  std::vector<std::size_t> building_;                   // indices of the lists being built
+  std::vector<PairQuery> queries_;                      // by entry of building_
+  std::vector<std::vector<bsi::LeafPair>> quad_pairs_;  // by entry of building_
 };
 
 }  // namespace weft::sim

@@ -38,8 +38,8 @@ class OpenGlSearch : public PairSearch {
   std::string device() const { return context_->device(); }
   bool takes_frames() const override { return true; }
 
-  // Rebuilds pyramids on the device and, for pairs with rigid obstacles, on the CPU. A body is
-  // counted once, even if it has a pyramid on both.
+  // Rebuilds pyramids on the device and, for pairs with moving rigid obstacles, on the CPU. A body
+  // with a pyramid on both counts once in the result.
   int rebuild(std::span<const BodyPath> paths) override {
     std::vector<gpu::BodyImage> images;
     std::vector<BodyPath> rigid, others;
@@ -61,7 +61,8 @@ class OpenGlSearch : public PairSearch {
             bsi::TraversalCounters& counters) override {
     std::vector<gpu::PairQuery> asked;
     std::vector<PairQuery> rigid;
-    std::vector<std::size_t> asked_place, rigid_place;  // indices in `queries`
+    // The indices in `queries` of the entries of `asked` and of `rigid`.
+    std::vector<std::size_t> asked_place, rigid_place;
     for (std::size_t i = 0; i < queries.size(); ++i) {
       const PairQuery& query = queries[i];
       if (is_rigid_[query.body_b] != 0) {
@@ -97,10 +98,10 @@ class OpenGlSearch : public PairSearch {
   std::unique_ptr<gpu::GlContext> context_;
   gpu::ComputePyramid pyramids_;
   gpu::ComputeTraversal traversal_;
-  std::vector<char> is_rigid_;  // by body: it was a rigid obstacle at its last rebuild
-  // Searches on the CPU the pairs with a moving rigid obstacle; null if none moves. On the CPU, the
-  // pyramid of such an obstacle stays in its own frame. The device would need all of its vertices
-  // anew.
+  std::vector<char> is_rigid_;  // by body: nonzero if its last path was that of a rigid obstacle
+  // The search on the CPU, for pairs with a moving rigid obstacle. Null if no obstacle moves. On
+  // the CPU, the pyramid of such an obstacle stays valid in its own frame. The device would need
+  // all vertices of the obstacle at every rebuild.
   std::unique_ptr<PairSearch> beside_rigid_;
   std::vector<std::vector<bsi::LeafPair>> found_beside_rigid_;
 };

@@ -10,15 +10,17 @@ namespace weft::sim {
 
 struct DeviceSearch {
   std::unique_ptr<PairSearch> search;
-  std::string device;  // its name in OpenGL
+  std::string device;  // name of the device in OpenGL
 };
 
-// Makes a search on the device of `backend`: gpu or osmesa (EGL software if OSMesa is missing).
-// Throws std::runtime_error with the reason if there is no such device, or if it cannot hold the
-// bodies of the scene. The functions of the search throw the same if the device fails.
+// Makes a search on an OpenGL device. `backend` is gpu or osmesa (EGL software if OSMesa is
+// missing). Throws std::runtime_error with the reason if there is no such device, or if it cannot
+// hold the bodies of the scene. The functions of the search throw std::runtime_error if the device
+// fails.
 DeviceSearch make_device_search(const Scene& scene, ComputeBackend backend);
 
-// Returns true if the machine has a device that may be a graphics processor. Loads no library.
+// Returns true if the machine may have a graphics processor that this build can use. Loads no
+// library.
 bool may_have_graphics_processor();
 
 }  // namespace weft::sim

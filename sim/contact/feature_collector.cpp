@@ -27,12 +27,13 @@ struct Batch {
   }
 };
 
-// The three lists of CandidateList, in the same order.
+// One entry per list of CandidateList, numbered by ListIndex.
 using Batches = std::array<Batch, 3>;
 using Lists = std::array<std::vector<FeaturePair>, 3>;
 enum ListIndex { vertex_triangle, triangle_vertex, edge_edge };
 
-// Returns the path length (m) of each point of `bodies`, or nothing if start and end are the same.
+// Returns the length (m) of the straight path of each point of `bodies`, or an empty list if start
+// and end are the same.
 std::vector<double> path_lengths(std::span<const Vec3> start, std::span<const Vec3> end,
                                  std::initializer_list<const SceneBody*> bodies) {
   std::vector<double> lengths;
@@ -45,7 +46,7 @@ std::vector<double> path_lengths(std::span<const Vec3> start, std::span<const Ve
   return lengths;
 }
 
-// Converts pairs of quads to pairs of their features. Each thread has its own.
+// Converts pairs of quads to pairs of their features. Each thread uses a Gatherer of its own.
 class Gatherer {
  public:
   Gatherer(const Scene& scene, const CandidateList& list)
@@ -128,8 +129,8 @@ void keep_in_reach(FeatureKind kind, const Batch& batch, std::span<const Vec3> p
   }
 }
 
-// Joins list `which` of all chunks, sorted by (a, b). A counting sort orders the pairs by a (0 ..
-// count_a - 1). The few pairs with the same a are then sorted by b.
+// Joins the lists with index `which` of all chunks, sorted by (a, b). A counting sort orders the
+// pairs by a, where 0 <= a < count_a. The few pairs with the same a are then sorted by b.
 void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_a,
                  std::vector<FeaturePair>& out) {
   std::vector<int> start(count_a + 1, 0);

@@ -8,10 +8,11 @@
 
 namespace weft::sim {
 
-// Fills the three lists of `list` from pairs of quads. They get every vertex-triangle and edge-edge
-// pair that comes within `reach` (m) on the straight paths start -> end of all surface points, each
-// once, sorted by (a, b). Features that share a vertex or are sewn together, and pairs without a
-// free point, are left out. Distances are lower bounds along the path.
+// Fills the three lists of `list` with pairs of features of the given quad pairs. These are all
+// vertex-triangle and edge-edge pairs that come within `reach` (m) on the straight paths start ->
+// end of all surface points. Each pair occurs once, sorted by (a, b). Features that share a vertex
+// or are sewn together, and pairs without a free point, are left out. FeaturePair::distance is a
+// lower bound along the path.
 void collect_features(const Scene& scene, std::span<const Vec3> start, std::span<const Vec3> end,
                       std::span<const bsi::LeafPair> quad_pairs, double reach, CandidateList& list,
                       Counters& counters);

@@ -47,11 +47,12 @@ class CpuSearch : public PairSearch {
   }
 
  private:
-  // A body with the pyramids that it has needed so far.
+  // The pyramids of a body. Each is built when it is first needed.
   struct Searched {
     std::optional<bsi::Pyramid> pyramid;
     std::optional<bsi::RigidPyramid> rigid;
-    std::vector<bsi::RigidFrame> frames;  // of `rigid`, at the end of its path or at both ends
+    // Frames of the obstacle at the end of its path, or at both ends.
+    std::vector<bsi::RigidFrame> frames;
   };
 
   void rebuild(const BodyPath& path) {
@@ -69,7 +70,7 @@ class CpuSearch : public PairSearch {
     static_cast<void>(bad);
   }
 
-  // Places an obstacle. Returns 1 if its pyramid had to be built, else 0.
+  // Stores the frames of a rigid obstacle. Returns 1 if its pyramid had to be built, else 0.
   int place(const BodyPath& path) {
     Searched& searched = bodies_[path.body];
     const std::size_t ends = path.is_swept() ? 2 : 1;

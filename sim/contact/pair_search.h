@@ -1,5 +1,5 @@
-// The search for pairs of quads that come near each other, on which the contact search is based. It
-// runs on the CPU or on an OpenGL device, with the same results.
+// The search for pairs of quads that come near each other, which is the first stage of the contact
+// search. It runs on the CPU or on an OpenGL device, with the same results.
 #pragma once
 
 #include <array>
@@ -13,20 +13,20 @@
 
 namespace weft::sim {
 
-// The positions of a body's surface points, m: at rest at `end`, or on straight paths from `start`
-// to `end`.
+// The positions of a body's surface points, m. The points are at rest at `end`, or follow straight
+// paths from `start` to `end`.
 struct BodyPath {
   int body = 0;
-  std::span<const Vec3> start;  // at rest: the same span as `end`
+  std::span<const Vec3> start;  // the same span as `end` if at rest
   std::span<const Vec3> end;
-  // A rigid obstacle, and its frames at both ends. `start` and `end` then tell only whether the
-  // obstacle is at rest.
+  // If not null, the body is this rigid obstacle, with `frames` at both ends. `start` and `end`
+  // then serve is_swept() only.
   const RigidObstacle* obstacle = nullptr;
   std::array<bsi::RigidFrame, 2> frames{};
   bool is_swept() const { return start.data() != end.data(); }
 };
 
-// A query of two bodies of the scene, or of one body with itself.
+// A query for the near quads of two bodies of the scene, or of one body with itself.
 struct PairQuery {
   int body_a = 0;
   int body_b = 0;
@@ -37,15 +37,17 @@ class PairSearch {
  public:
   virtual ~PairSearch() = default;
 
-  // Returns true if paths may name rigid obstacles. Otherwise all of their positions must be given.
+  // Returns true if BodyPath::obstacle may be set. Otherwise positions must be given for all
+  // points.
   virtual bool takes_frames() const { return false; }
-  // Stores the positions of these bodies, all finite; other bodies keep theirs. Returns the number
-  // of pyramids built. A rigid obstacle that already has one is only placed.
+  // Stores the positions of these bodies. Precondition: the positions are finite. Bodies without a
+  // path keep their positions. Returns the number of pyramids built. A rigid obstacle that already
+  // has a pyramid gets new frames only.
   virtual int rebuild(std::span<const BodyPath> paths) = 0;
   // Sets found[i] to the quad pairs of query i (bsi/traversal.h, with the tangent certificate), in
-  // any order. Pairs may be missing if they end farther apart than the margin plus twice the
-  // longest path of their corners. Counters are increased. Precondition: all bodies of the queries
-  // have been rebuilt.
+  // any order. A pair may be missing if at the ends of its paths it is farther apart than the
+  // margin plus twice the longest path of its corners. Increases the counters. Precondition: all
+  // bodies of the queries have been rebuilt.
   virtual void find(std::span<const PairQuery> queries,
                     std::vector<std::vector<bsi::LeafPair>>& found,
                     bsi::TraversalCounters& counters) = 0;

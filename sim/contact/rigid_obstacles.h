@@ -1,4 +1,4 @@
-// Obstacles that move as rigid bodies, and the positions of their vertices for contact.
+// Obstacles that move as rigid bodies, and the positions of their surface points.
 #pragma once
 
 #include <cstdint>
@@ -12,31 +12,34 @@
 
 namespace weft::sim {
 
-// Returns an axis-aligned box (m) around the box with this middle and these half extents after
-// `pose` has moved it. The result is slightly larger than necessary.
+// Returns an axis-aligned box (m) around a box that `pose` has moved. `middle` and `half` are the
+// middle and the half extents of the box before the motion. The result is slightly larger than
+// necessary.
 BodyTree::Box box_around(const Vec3& middle, const Vec3& half, const RigidPose& pose);
 
-// An obstacle that a single motion carries: an obstacle of the case, or a body held as a whole.
+// An obstacle of the case that moves, or a moving body held as a whole. One rigid motion carries
+// all its points.
 struct RigidObstacle {
   int number = 0;  // index in RigidObstacles::all()
   int body = 0;
   int first_particle = 0, first_point = 0;
-  const PrescribedMotion* held = nullptr;  // start[i] belongs to particle first_particle + i
-  std::vector<Vec3> sampled_start;         // of surface points; empty if these are the particles
-  // The box around the points at the start, and the largest distance of a point from its middle, m.
+  // Motion of the particles. Particle first_particle + i starts at held->start[i].
+  const PrescribedMotion* held = nullptr;
+  std::vector<Vec3> sampled_start;  // m, surface points at t = 0; empty if they are the particles
+  // Middle and half extents of the box around the points at t = 0, m.
   Vec3 middle{0, 0, 0}, half{0, 0, 0};
   double radius = 0;
 
-  // Returns the surface points at the start, m: start()[i] belongs to point first_point + i.
+  // Returns the surface points at t = 0, m. start()[i] belongs to point first_point + i.
   const std::vector<Vec3>& start() const {
     return sampled_start.empty() ? held->start : sampled_start;
   }
-  // Returns the points at the start relative to the middle, m. The obstacle's pyramid is built from
-  // these points.
+  // Returns the surface points at t = 0 relative to the middle, m. The obstacle's pyramid is built
+  // from them.
   std::vector<Vec3> own_positions() const;
   bsi::RigidFrame frame(const RigidPose& pose) const;
-  // Return boxes and spheres around all points, m, slightly larger than necessary. A sphere covers
-  // the path between two poses.
+  // box() and sphere() return bounds of all points, m, slightly larger than necessary. The sphere
+  // also contains the points on straight paths from `start` to `end`.
   BodyTree::Box box(const RigidPose& pose) const { return box_around(middle, half, pose); }
   bsi::Sphere sphere(const RigidPose& start, const RigidPose& end) const;
 };
@@ -44,7 +47,7 @@ struct RigidObstacle {
 // All rigid obstacles of a scene that move.
 class RigidObstacles {
  public:
-  // O(points of these obstacles). The scene must outlive the object.
+  // The scene must outlive the object. O(points of moving obstacles).
   explicit RigidObstacles(const Scene& scene);
 
   std::span<const RigidObstacle> all() const { return all_; }
@@ -59,14 +62,14 @@ class RigidObstacles {
   std::vector<int> of_body_;
 };
 
-// Positions of all surface points at one time, m. Points of rigid obstacles may be missing if their
-// poses are given instead. Single points are then placed when they are needed.
+// Positions of all surface points at one time, m. The points of rigid obstacles may be given by the
+// poses of the obstacles instead. place() then computes single positions when they are needed.
 class PlacedPoints {
  public:
-  // All positions are given.
+  // Takes the positions of all points, without poses.
   PlacedPoints(std::span<const Vec3> position) : position_(position) {}  // NOLINT: implicit
-  // `poses` are those of RigidObstacles::all(). place() writes the positions of points of these
-  // obstacles, and their velocities (m/s) unless `velocity` is empty.
+  // `poses` has one pose per obstacle of RigidObstacles::all(). place() writes positions of points
+  // of these obstacles to `position`, and their velocities (m/s) to `velocity` unless it is empty.
   PlacedPoints(std::span<Vec3> position, std::span<Vec3> velocity, std::span<const RigidPose> poses)
       : position_(position), room_(position), velocity_(velocity), poses_(poses) {}
 
@@ -75,12 +78,12 @@ class PlacedPoints {
   bool is_same(const PlacedPoints& other) const {
     return position_.data() == other.position_.data();
   }
-  // Returns the pose of an obstacle (index in RigidObstacles::all() or -1), or null if its points
-  // are given.
+  // Returns the pose of an obstacle, or null if its points are given. `obstacle` is its index in
+  // RigidObstacles::all(); for -1 the result is null.
   const RigidPose* pose(int obstacle) const {
     return obstacle < 0 || poses_.empty() ? nullptr : &poses_[obstacle];
   }
-  // Places one point of an obstacle that has a pose.
+  // Computes one point of an obstacle that has a pose.
   void place(const RigidObstacle& obstacle, int point) const {
     Vec3 rate;
     const Vec3& start = obstacle.start()[point - obstacle.first_point];
@@ -94,7 +97,7 @@ class PlacedPoints {
   std::span<const RigidPose> poses_;
 };
 
-// Detects the first occurrence of each number since begin(), for example of a point.
+// Tells whether a number, such as the index of a point, occurs for the first time since begin().
 class PlacedMarks {
  public:
   // Forgets all occurrences. Later numbers must be below `count`.

@@ -14,7 +14,7 @@ namespace weft::sim {
 
 namespace {
 
-// Fraction of the range over which pairs without a sample have their barrier.
+// Range of the barrier of pairs without a sample, as a fraction of the contact range.
 constexpr double short_range = 0.25;
 
 bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes, std::span<const Vec3> x) {
@@ -22,8 +22,8 @@ bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes, std::span<c
                : bsi::closest_vertex_triangle(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]]);
 }
 
-// Returns the first index from `i` on at which a chunk of pairs may begin. Pairs of one sample stay
-// together.
+// Returns the smallest index from `i` on at which a chunk of pairs may begin. For samples, all
+// pairs of a vertex belong to one chunk.
 std::size_t group_start(std::span<const bsi::FourParticles> nodes, bool samples, std::size_t i) {
   while (samples && i > 0 && i < nodes.size() && nodes[i][0] == nodes[i - 1][0]) ++i;
   return i;
@@ -43,8 +43,9 @@ bsi::FourParticles points_of(bool edges, const SurfaceFeatures& first,
 
 }  // namespace
 
-// Returns the largest stray of both features together, m. A point of a feature is a convex
-// combination of its corners, so it strays no more than the corner that strays most.
+// Returns an upper bound of the stray of both features together, m. A point of a feature is a
+// convex combination of the feature's corners, so it strays no more than the corner that strays
+// most.
 double SurfaceContact::stray_of(const Pair& pair, const PointStray& stray) const {
   double side[2] = {0, 0};
   const int split = pair.edges ? 2 : 1;
@@ -104,8 +105,8 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
   }
 }
 
-// Returns the mean area (m^2) around the vertices of the dynamic side, or of both sides if both are
-// dynamic. The resolution of obstacles therefore does not change the stiffness of contact.
+// Returns the mean area (m^2) around the vertices of the dynamic feature, or of both features if
+// both are dynamic. The resolution of obstacles therefore does not change the stiffness of contact.
 double SurfaceContact::pair_area(const std::array<int, 4>& nodes, int split) const {
   double sum[2] = {0, 0};
   for (int i = 0; i < 4; ++i) sum[i < split ? 0 : 1] += scene_.contact_area[nodes[i]];
@@ -165,8 +166,9 @@ void SurfaceContact::begin_placing() {
   if (obstacles > 0) marks_.begin(scene_.point_count + static_cast<int>(obstacles));
 }
 
-// Places a group's obstacle nodes, each once after begin_placing(). If an obstacle has few
-// vertices, all of them are placed, which costs less than to check every node.
+// Computes the positions of a group's points on an obstacle that is given by its pose. Each point
+// is computed once after begin_placing(). If the obstacle has few points, all of them are computed,
+// which costs less than checking every node of the group.
 void SurfaceContact::place_nodes(const PairGroup& group, const PlacedPoints& start,
                                  const PlacedPoints& end) {
   const int number = search_.obstacles().of_body(group.body_b);
@@ -201,8 +203,8 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
     note_touch(group, position);
     const int count = static_cast<int>(group.nodes.size());
     statistics_.counters.narrow_phase_calls += count;
-    // Each chunk collects its own results. They are joined in order, so that sums do not depend on
-    // the number of threads.
+    // Each chunk collects its own results. They are joined in the order of the chunks, so that sums
+    // do not depend on the number of threads.
     std::vector<Found> found((count + chunk_size - 1) / chunk_size);
     parallel_chunks(count, threads, [&](int first, int last) {
       measure_part(group, group_start(group.nodes, group.samples, first),
@@ -221,8 +223,8 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
   return std::nullopt;
 }
 
-// Marks the sleeping body of a group if it is touched. Only the second body can sleep, because
-// sleeping bodies have higher numbers than dynamic ones.
+// Marks the sleeping body of a group if it is touched. Only the second body of a group can sleep,
+// because sleeping bodies have higher numbers than dynamic bodies.
 void SurfaceContact::note_touch(const PairGroup& group, std::span<const Vec3> position) {
   if (!scene_.bodies[group.body_b].sleeps || touched_[group.body_b] != 0) return;
   const double reach = group.thickness + range_;
@@ -232,7 +234,8 @@ void SurfaceContact::note_touch(const PairGroup& group, std::span<const Vec3> po
   if (touches) touched_[group.body_b] = 1;
 }
 
-// Finds the angular velocities of moving obstacles. They are rigid, so that one triangle suffices.
+// Finds the angular velocities of moving obstacles. Obstacles are rigid, so one triangle of each
+// suffices.
 void SurfaceContact::find_spins(const PlacedPoints& now, std::span<const Vec3> velocity) {
   for (const int b : moving_obstacles_) {
     const SceneBody& body = scene_.bodies[b];
@@ -248,7 +251,8 @@ void SurfaceContact::find_spins(const PlacedPoints& now, std::span<const Vec3> v
   }
 }
 
-// Returns the angular velocity (rad/s) of the side that is not dynamic, if any.
+// Returns the angular velocity (rad/s) of the obstacle of a pair, if one feature belongs to an
+// obstacle.
 std::optional<Vec3> SurfaceContact::obstacle_spin(const std::array<int, 4>& nodes) const {
   for (const int node : {nodes[0], nodes[3]}) {
     if (!is_dynamic(node)) return spins_[scene_.body_index_of_point(node)];
@@ -295,7 +299,7 @@ void SurfaceContact::measure_part(const PairGroup& group, std::size_t first, std
   }
 }
 
-// Measures one sample against the triangles of a surface in its range.
+// Measures one sample with the triangles of a surface that are in its range.
 void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
                                     std::span<const bsi::PairInReach> in_reach,
                                     std::span<const Vec3> position, std::span<const Vec3> velocity,
@@ -325,7 +329,7 @@ void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
   }
 }
 
-// Measures two edges, or an obstacle's vertex and a triangle.
+// Measures a pair without a sample: two edges, or an obstacle's vertex and a triangle.
 void SurfaceContact::measure_pair(const Pair& pair, std::span<const Vec3> position,
                                   std::span<const Vec3> velocity, Found& found) const {
   const bsi::Closest closest = closest_of(pair.edges, pair.nodes, position);
@@ -373,8 +377,8 @@ void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features,
   found.pairs.push_back(pair);
 }
 
-// Returns the mollifier's value. Records the forces of its slope, which turn the edges towards
-// parallel, where the barrier fades.
+// Returns the value of the mollifier of two edges. Records the forces from its slope, which turn
+// the edges towards parallel. The barrier of parallel edges is zero.
 double SurfaceContact::mollify(const Pair& pair, const bsi::Closest& closest,
                                std::span<const Vec3> position, const ContactLaw& law,
                                Found& found) const {
@@ -387,7 +391,8 @@ double SurfaceContact::mollify(const Pair& pair, const bsi::Closest& closest,
   const double gap = std::sqrt(closest.squared_distance) - pair.thickness;
   if (m.first == 0 || !(gap > 0)) return m.value;
   const double energy = materials::barrier(gap, law.range, law.stiffness).value;
-  // c = |a x b|^2: dc/da = 2 (|b|^2 a - (a.b) b), dc/db likewise.
+  // The mollifier's argument is c = |a x b|^2, with dc/da = 2 (|b|^2 a - (a . b) b) and dc/db
+  // likewise.
   const double dot = a.dot(b);
   const Vec3 on_a = -energy * m.first * 2 * (b.squaredNorm() * a - dot * b);
   const Vec3 on_b = -energy * m.first * 2 * (a.squaredNorm() * b - dot * a);
@@ -430,17 +435,18 @@ std::optional<ContactFault> SurfaceContact::find_path_fault(const PlacedPoints& 
   return std::nullopt;
 }
 
-// Returns the first fault of a part of the pairs. A cheap test proves most of them free.
+// Returns the first fault of the pairs first .. last - 1. A cheap test finds most pairs free of
+// faults.
 std::optional<ContactFault> SurfaceContact::check_part(const PairGroup& group, std::size_t first,
                                                        std::size_t last,
                                                        std::span<const Vec3> start,
                                                        std::span<const Vec3> end,
                                                        const PathDemand& demand) const {
-  // On the way only half the thickness is required. Both ends keep all of it, so that a path is
-  // refused only if it comes clearly closer than its ends.
+  // On the path, only half the thickness is required. The ends have the whole thickness. A path is
+  // therefore refused only if it comes clearly closer than its ends.
   const double half = demand.gap ? 0.5 * group.thickness : 0.0;
   const PointStray& stray = demand.stray;
-  // The cheap test uses the largest stray of the whole group. The stray of a single pair may be
+  // The cheap test uses the largest strays of both bodies. The stray of a single pair may be
   // smaller.
   double largest = half;
   if (!stray.body.empty())

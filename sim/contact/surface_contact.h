@@ -1,5 +1,5 @@
-// Contact between surface points: the pairs in reach, with barriers, damping and friction per area
-// that are smooth functions of the state, and checks of paths.
+// Contact forces between surfaces, and checks whether paths of the surfaces meet. Barriers, damping
+// and friction are smooth functions of the state.
 #pragma once
 
 #include <array>
@@ -22,14 +22,14 @@ namespace weft::sim {
 struct ContactFault {
   enum class Kind { not_finite, touching, crossing, in_reach, overstretched };
   Kind kind = Kind::touching;
-  // The surface points of the pair. A fault of kind not_finite has one entry only: a point if it
-  // comes from SurfaceContact, a particle if it comes from Contact or its callers. A fault of kind
-  // overstretched, which only Dynamics finds, has a particle.
+  // The surface points of the pair. In a fault of kind not_finite, only the first entry is used. It
+  // is a point in results of SurfaceContact, and a particle otherwise. In a fault of kind
+  // overstretched, which only Dynamics finds, the first entry is a particle.
   std::array<int, 4> nodes{-1, -1, -1, -1};
   double gap = 0;  // m
   std::string describe(const Scene& scene) const;
-  // Returns the particle at which the fault occurred: the one with the largest weight in the first
-  // point.
+  // Returns a particle at which the fault occurred. It is the one with the largest weight in the
+  // first point; for kind not_finite, it is nodes[0].
   int particle(const Scene& scene) const;
 };
 
@@ -47,34 +47,34 @@ struct MollifierForce {
 };
 
 // Contact of samples with surfaces. Each vertex of a dynamic surface is a sample of the area around
-// it. Its force comes from the signed sum over the features of another surface in range, or of its
+// it. Its force comes from a signed sum over the features in range on one other surface, or on its
 // own surface beyond the triangles around it (bsi/detail/surface_terms.h). The sum counts a surface
 // once, so the force per area does not depend on the meshes. If both surfaces are dynamic, the
 // samples of each count half.
 //
 // Samples detect neither two edges that cross nor an obstacle's vertex that points into a triangle.
-// Pairs of these two kinds have a barrier of their own over the last quarter of the range, with as
-// much energy as one over the whole range.
+// These pairs have a barrier of their own over the last quarter of the range. It is stiffer, so
+// that a fraction of its range stores as much energy as the same fraction of the whole range.
 //
-// A pair (or term) at distance d has the gap g = d - thickness. If g is below the range, barrier
-// and damping push along the normal (materials/contact.h), and friction acts across the normal
+// A pair or term at distance d has the gap g = d - thickness. If g is below the range, barrier and
+// damping push along the normal (materials/contact.h), and friction acts across the normal
 // (Sliding, contact_pair.h).
 class SurfaceContact {
  public:
   SurfaceContact(const Scene& scene, Statistics& statistics, ChosenSearch search);
 
-  // Finds the pairs in reach and their forces. `velocity` is that of all surface points (m/s).
-  // Returns a fault if a position is not finite or a gap is not positive.
+  // Finds the pairs in reach and their forces. `velocity` has the velocities of all surface points
+  // (m/s). Returns a fault if a position is not finite or a gap is not positive.
   [[nodiscard]] std::optional<ContactFault> evaluate(const PlacedPoints& now,
                                                      std::span<const Vec3> velocity, int threads);
-  // Results of the last evaluate(); empty after a fault. The argument of sliding() is
-  // ContactPair::sliding.
+  // pairs(), sliding() and mollified() return results of the last evaluate(). There are none after
+  // a fault. The argument of sliding() is ContactPair::sliding.
   std::span<const ContactPair> pairs() const { return pairs_; }
   const Sliding& sliding(int number) const { return sliding_[number]; }
   bool has_sliding() const { return !sliding_.empty(); }
   std::span<const MollifierForce> mollified() const { return mollified_; }
-  // Marks by body: nonzero for sleeping bodies that came within range of a dynamic body in any
-  // evaluation since the last forget_touched().
+  // Returns one mark per body. It is nonzero if the body sleeps and has come within range of a
+  // dynamic body in an evaluation since the last forget_touched().
   std::span<const char> touched() const { return touched_; }
   void forget_touched() { touched_.assign(touched_.size(), 0); }
   // Sets the Coulomb coefficient of later evaluations.
@@ -83,7 +83,7 @@ class SurfaceContact {
   // stiffness and damping of pairs, and the friction slope of subtracted terms, are set to zero.
   void keep_matrix_definite() { definite_ = true; }
   const RigidObstacles& obstacles() const { return search_.obstacles(); }
-  // The device on which the search runs.
+  // Returns the processor that runs the contact search.
   const ComputeChoice& compute() const { return search_.compute(); }
 
   // Returns a fault unless every pair of features provably stays apart and ends with a positive
@@ -93,15 +93,15 @@ class SurfaceContact {
                                                        const PlacedPoints& end,
                                                        const PointStray& stray);
   // Checks the first part, start -> end, of the straight path of a step. Returns a fault if
-  // surfaces may meet on it. No gap is required, because check_path() has already passed for the
-  // whole step.
+  // surfaces may meet on it. Unlike check_path(), it does not require a gap.
   [[nodiscard]] std::optional<ContactFault> check_crossing(const PlacedPoints& start,
                                                            const PlacedPoints& end);
   // Sets *smallest_gap to the smallest gap (m) within the range at `position`, or to infinity if
   // there is none. Returns a fault if a gap is not positive.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
                                                         double* smallest_gap);
-  // Returns a pair of features of one body closer than thickness + range at `position`, if any.
+  // Returns a fault if two features of one body are closer than thickness + range at `position`, or
+  // if a position is not finite.
   [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
 
  private:
@@ -110,23 +110,22 @@ class SurfaceContact {
     bool edges = false;
     double thickness = 0;
   };
-  // The candidates of one CandidateList that are of one kind: vertex-triangle, triangle-vertex or
-  // edge-edge.
+  // Candidates from one CandidateList: its vertex-triangle, triangle-vertex or edge-edge pairs.
   struct PairGroup {
     bool edges = false;
-    bool samples = false;  // vertices of a dynamic body; other pairs have the short barrier
+    bool samples = false;  // true if the vertices belong to a dynamic body; false for edges
     double thickness = 0;
     int body_a = 0, body_b = 0;
-    int surface = 0;  // for samples: the body of the triangles
+    int surface = 0;  // for samples: body of the triangles
     bool is_self() const { return body_a == body_b; }
     std::vector<bsi::FourParticles> nodes;
-    std::vector<int> triangles;  // for samples: indices in the mesh of that body
+    std::vector<int> triangles;  // for samples: by pair, triangle in the mesh of `surface`
     bsi::FeatureKind kind() const {
       return edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
     }
     Pair pair(std::size_t i) const { return {nodes[i], edges, thickness}; }
   };
-  // The results of one chunk of the candidates.
+  // Results of measuring one chunk of the candidates.
   struct Found {
     std::vector<ContactPair> pairs;
     std::vector<Sliding> sliding;
@@ -148,7 +147,7 @@ class SurfaceContact {
   void measure_part(const PairGroup& group, std::size_t first, std::size_t last,
                     std::span<const Vec3> position, std::span<const Vec3> velocity,
                     Found& found) const;
-  // Lists of the sample in progress. The next sample reuses their memory.
+  // Lists for measuring one sample. The next sample reuses their memory.
   struct SampleScratch {
     std::vector<int> triangles;
     std::vector<bsi::SurfaceTerm> terms;
@@ -168,7 +167,9 @@ class SurfaceContact {
   double stray_of(const Pair& pair, const PointStray& stray) const;
   // The conditions that a path must meet.
   struct PathDemand {
-    bool gap = true;  // require half the thickness on the way and all of it at the end
+    // If true, features must keep half the thickness on the path and the whole thickness at its
+    // end.
+    bool gap = true;
     PointStray stray;
   };
   std::optional<ContactFault> find_path_fault(const PlacedPoints& start, const PlacedPoints& end,
@@ -182,11 +183,11 @@ class SurfaceContact {
   ContactSearch search_;
   double range_, stiffness_, damping_time_, friction_, friction_speed_;
   bool definite_ = false;
-  std::vector<Vec3> rest_;                   // m, of all points at rest; scale the mollifier
+  std::vector<Vec3> rest_;                   // rest positions of all points, m
   std::vector<bsi::SurfaceTerms> surfaces_;  // by body
-  std::vector<int> moving_obstacles_;        // bodies
+  std::vector<int> moving_obstacles_;        // indices of bodies that move and are not dynamic
   PlacedMarks marks_;
-  std::vector<Vec3> spins_;  // rad/s, by body; zero except for moving obstacles
+  std::vector<Vec3> spins_;  // angular velocities, rad/s, by body; zero except for moving obstacles
   std::vector<char> touched_;
   std::vector<ContactPair> pairs_;
   std::vector<Sliding> sliding_;

@@ -14,7 +14,8 @@ namespace {
 using materials::Mat3;
 using materials::Nodes3;
 
-// The edges of a triangle that are hinges, and the nodes across them.
+// The edges of a triangle that are hinges, and the node beyond each of them. Index i stands for the
+// edge opposite node i.
 struct TriangleHinges {
   std::array<bool, 3> has_angle{};
   std::array<int, 3> across{no_node, no_node, no_node};
@@ -29,13 +30,13 @@ TriangleHinges hinges_of(const bsi::Mesh& mesh, int triangle) {
   return hinges;
 }
 
-// Adds the law of a triangle over the angles of its hinges: its modulus, or its map to the
-// curvature, and how it yields.
-void add_triangle(const SceneBody& body, int triangle, const Nodes3& rest,
-                  const std::array<bool, 3>& has_angle, bool is_held, BendingQuads& quads) {
+// Sets the bending law of a triangle in the last quad of `quads`, and how it yields. `is_held` is
+// true for a triangle that triangles_at_edges() marks; its stiffness stays zero.
+void add_bending_triangle(const SceneBody& body, int triangle, const Nodes3& rest,
+                          const std::array<bool, 3>& has_angle, bool is_held, BendingQuads& quads) {
   const MaterialCase& material = *body.material;
   const int t = triangle % 2;
-  if (is_held) return;  // by a clamp or a seam, which bends it
+  if (is_held) return;
   if (material.yields()) quads.laws.back()[t] = yield_law_of(rest, material);
   if (!material.orthotropic_bending) {
     quads.moduli.back()[t] = materials::triangle_bending_modulus(
@@ -59,7 +60,7 @@ void add_body(const Scene& scene, int index, BendingQuads& quads) {
     const int first = static_cast<int>(quads.nodes.size());
     quads.yielding.push_back({scene.case_index(index), first, first + quad_count(body)});
   }
-  const bsi::Mesh mesh = bsi::build_mesh(body.atlas);  // the body's own mesh may have no edges
+  const bsi::Mesh mesh = bsi::build_mesh(body.atlas);  // body.mesh may have no edges
   for (int q = 0; q < quad_count(body); ++q) {
     std::array<int, QuadSurroundings::count> nodes;
     nodes.fill(no_node);
@@ -77,7 +78,7 @@ void add_body(const Scene& scene, int index, BendingQuads& quads) {
         if (hinged_triangles[t].hinges[i] != 0) nodes[of_hinge[3]] = hinges.across[i];
       }
       const bool is_at_edge = !at_edges.empty() && at_edges[2 * q + t] != 0;
-      add_triangle(body, 2 * q + t, rest, hinges.has_angle, is_at_edge, quads);
+      add_bending_triangle(body, 2 * q + t, rest, hinges.has_angle, is_at_edge, quads);
     }
     for (int& node : nodes) {
       if (node != no_node) node += body.first_particle;

@@ -1,5 +1,4 @@
-// The quads of cloth that resists bending, with the laws of their triangles over the angles of
-// their edges.
+// Quads of cloth that resists bending, with the bending laws of their triangles.
 #pragma once
 
 #include <array>
@@ -15,24 +14,27 @@
 namespace weft::sim {
 
 struct BendingQuads {
-  std::vector<std::array<int, QuadSurroundings::count>> nodes;
-  // The modulus of each triangle over its hinges or, where it depends on the curvature, its map
-  // from the angles to the curvature.
+  std::vector<std::array<int, QuadSurroundings::count>> nodes;  // global indices, or no_node
+  // Bending moduli of a quad's triangles over the angles of their hinges, N m. Zero for triangles
+  // whose stiffness depends on the curvature.
   std::vector<std::array<materials::Mat3, 2>> moduli;
+  // Maps from the hinge angles of such triangles to their curvatures. Other maps are zero.
   std::vector<std::array<materials::StrainMapOf<double>, 2>> maps;
-  VaryingNumbers damping_times;  // s
-  bool is_damped = false;        // at any time
-  // Bodies that yield, and the laws of both triangles of their quads.
+  VaryingNumbers damping_times;  // s, by quad
+  bool is_damped = false;        // true if damped at any time
+  // A body that yields, and its range of quads.
   struct Body {
-    int case_body = 0;
-    int first = 0, last = 0;  // quads
+    int case_body = 0;        // index into Case::body
+    int first = 0, last = 0;  // quads [first, last)
   };
   std::vector<Body> yielding;
+  // Laws of yielding of both triangles of a quad, by quad.
   std::vector<std::array<materials::YieldLaw, 2>> laws;
 };
 
-// Collects the quads of the dynamic bodies whose materials are selected, body by body. Triangles at
-// clamps and seams have no stiffness: clamps and seams bend those.
+// Returns the quads of all dynamic bodies of cloth that resist bending and whose material is
+// selected. The order is that of the bodies. Triangles that triangles_at_edges() marks have zero
+// stiffness.
 BendingQuads bending_quads(const Scene& scene,
                            const std::function<bool(const MaterialCase& material)>& selects);
 

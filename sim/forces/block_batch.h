@@ -12,7 +12,8 @@ namespace weft::sim {
 using BlockBatch = materials::Mat3Of<materials::Lanes>;
 using LaneRows = std::array<materials::Lanes::Vector, materials::lane_count>;
 
-// Returns `lane_count` consecutive numbers of each stencil's block, from number `start` on.
+// Returns the entries start .. start + lane_count - 1 of each stencil's block. Row i has those of
+// stencil i.
 inline LaneRows rows_of(const BlockBatch& value, int start) {
   LaneRows rows;
   for (int i = 0; i < materials::lane_count; ++i) rows[i] = value.data()[start + i].values;
@@ -20,8 +21,8 @@ inline LaneRows rows_of(const BlockBatch& value, int start) {
   return rows;
 }
 
-// Adds the block of each of the first `lanes` stencils to the upper block at its place. Not
-// inlined, because the code is long and every pair of nodes uses it.
+// Adds the blocks of the first `lanes` stencils to upper blocks of a matrix, whose indices are
+// `places`. Not inlined, because the code is long and every pair of nodes uses it.
 [[gnu::noinline]] inline void add_block(int lanes, const BlockBatch& value,
                                         const LaneIntegers& places, BlockMatrix& matrix) {
   using materials::lane_count;
@@ -37,8 +38,8 @@ inline LaneRows rows_of(const BlockBatch& value, int start) {
   }
 }
 
-// Returns one block per lane: `value` if a < b, `transposed` if a > b, and their sum if both nodes
-// are one particle (a == b).
+// Returns one block per lane for the particles a and b of a pair of nodes: `value` if a < b,
+// `transposed` if a > b, and their sum if a == b.
 inline BlockBatch mixed(const BlockBatch& value, const BlockBatch& transposed,
                         const LaneIntegers& a, const LaneIntegers& b) {
   using materials::Lanes;
@@ -56,8 +57,8 @@ inline BlockBatch mixed(const BlockBatch& value, const BlockBatch& transposed,
   return result;
 }
 
-// Adds the blocks between nodes a and b to the upper blocks at their places. If a > b, adds the
-// transpose. If both nodes are one particle (a == b), adds the sum of the block and its transpose.
+// Adds the blocks of particles a and b to the upper blocks with the indices `places`. If a > b,
+// adds the transpose. If a == b, adds the sum of the block and its transpose.
 inline void add_pair_block(int lanes, const BlockBatch& value, const LaneIntegers& a,
                            const LaneIntegers& b, const LaneIntegers& places, BlockMatrix& matrix) {
   unsigned behind = 0, one = 0;

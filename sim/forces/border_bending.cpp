@@ -15,9 +15,11 @@ using materials::Mat3;
 using materials::Nodes3;
 using materials::Nodes4;
 
-constexpr int most_nodes = 6;  // of the triangle, and across its edges
+constexpr int most_nodes = 6;  // three nodes of the triangle and three across its edges
 
-// The angles of a triangle and their derivatives.
+// The hinges of a triangle at given positions: `strains` are the changes of their angles times
+// BorderTriangle::factors (rad), `slopes` the derivatives of the strains by the node positions
+// (1/m), and `hinges` the node positions of each hinge (m).
 struct Angles {
   Vec3 strains{0, 0, 0};
   Eigen::Matrix<double, 3, 3 * most_nodes> slopes =
@@ -131,7 +133,9 @@ class BorderBending final : public Force {
   }
   void attach(const BlockPattern& /*pattern*/) override {}
 
-  // K = B^T C B + sum_i moment_i d^2 theta_i / dx dx and D = beta B^T C B, as for bending.
+  // Adds K = B^T C B + sum_i moment_i d^2 theta_i / dx dx and D = beta B^T V B, with the strains
+  // theta and B = d theta / dx. The semi-definite form of K leaves out the sum and uses the
+  // viscosity V in place of the tangent modulus C of a law that depends on the curvature.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int /*threads*/) override {
     for (const BorderTriangle& triangle : triangles_) {
@@ -182,7 +186,7 @@ class BorderBending final : public Force {
     return angles;
   }
 
-  // The values of the nodes; those of ghosts are zero.
+  // Returns the values at the nodes of a triangle, with zero at ghosts and beyond borders.
   static Values gathered(const BorderTriangle& triangle, std::span<const Vec3> values) {
     Values all = Values::Zero();
     for (int a = 0; a < most_nodes; ++a) {
@@ -192,12 +196,13 @@ class BorderBending final : public Force {
     return all;
   }
 
-  // Without a history there are no creases.
+  // Returns the crease of a triangle; zero without a history.
   materials::Crease crease_of(const BorderTriangle& triangle) const {
     if (creases_ == nullptr) return {};
     return creases_->of_body(triangle.case_body)[triangle.triangle];
   }
-  // The response of a triangle that yields, and the strains from which it follows.
+  // Returns the response of a triangle that yields. Sets `trial` to the strains (rad) from which it
+  // follows.
   materials::YieldedOf<double> yielded(const BorderTriangle& triangle, const Vec3& strains,
                                        Vec3& trial) const {
     const materials::Crease crease = crease_of(triangle);
@@ -231,7 +236,8 @@ class BorderBending final : public Force {
       return entries(static_cast<int>(i), static_cast<int>(j));
     });
   }
-  // Return the moduli of damping and of the exact stiffness, N m.
+  // viscosity_of() returns the modulus V of damping, tangent_of() the tangent modulus C of a
+  // nonlinear law, N m.
   static Mat3 viscosity_of(const BorderTriangle& triangle, const Vec3& strains) {
     if (!triangle.curved) return triangle.modulus;
     return matrix_of(materials::law_viscosity(triangle.map, *triangle.curved, strains));
@@ -240,8 +246,8 @@ class BorderBending final : public Force {
     return matrix_of(materials::law_tangent(triangle.map, *triangle.curved, strains, false));
   }
 
-  // Returns dW/dt with damping, N m; for a linear law C (e + beta t'), with the elastic part e of
-  // the angles t.
+  // Returns the moments dW/de + beta V d theta/dt, N m. The elastic part e of the strains theta is
+  // theta itself unless the triangle yields.
   Vec3 moments_of(const BorderTriangle& triangle, const Angles& angles,
                   const Kinematics& state) const {
     Vec3 strains = elastic_part(triangle, angles.strains), rates = Vec3::Zero();
@@ -267,7 +273,7 @@ class BorderBending final : public Force {
     }
   }
 
-  // Adds sum_i moment_i d^2 t_i / dx dx.
+  // Adds sum_i moment_i d^2 theta_i / dx dx.
   static void add_stress(const BorderTriangle& triangle, const Angles& angles, const Vec3& moments,
                          Block& sum) {
     for (int i = 0; i < 3; ++i) {
@@ -305,8 +311,8 @@ class BorderBending final : public Force {
   std::string_view name_;
   std::vector<BorderTriangle> triangles_;
   CreaseHistory* creases_ = nullptr;
-  VaryingNumbers damping_times_;  // s
-  bool is_damped_;                // at any time
+  VaryingNumbers damping_times_;  // s, by triangle
+  bool is_damped_;                // true if damped at any time
   MovingPoints ghosts_;
 };
 

@@ -18,26 +18,27 @@ namespace weft::sim {
 
 inline constexpr int no_particle = -1;
 
-// A triangle with an edge at a clamp or a seam. Node i + 3 is across edge i, which is opposite node
-// i. Beyond a clamped edge the surface is the mirror image of the triangle in the clamp's tangent
-// plane, so the angle there is twice the angle to that plane. Beyond a sewn edge it is the triangle
-// of the other surface.
+// A triangle with at least one edge at a clamp or a seam. Edge i is opposite node i, and node i + 3
+// lies across edge i. Beyond a clamped edge, the surface is the mirror image of the triangle in the
+// clamp's tangent plane. The angle at the edge is therefore twice the angle to that plane. Beyond a
+// sewn edge, the surface is the triangle of the other border.
 struct BorderTriangle {
-  std::array<int, 6> particles;  // global; no_particle: a ghost, or beyond a border
-  std::array<int, 3> ghosts{no_particle, no_particle, no_particle};  // by edge
-  std::array<int, 3> pins{-1, -1, -1};    // of the ghosts of clamps, in the list of the body
-  std::array<int, 3> bodies{-1, -1, -1};  // of the ghosts of seams: indices into Scene::bodies
-  std::array<bool, 3> is_sewn{};
-  int body = 0;           // index into Scene::bodies
-  int case_body = 0;      // in the order of the case
-  int triangle = 0;       // of the body's mesh
-  Vec3 factors{1, 1, 1};  // of the angles to the nodes across
-  Vec3 rest_angles{0, 0, 0};
-  Eigen::Matrix3d modulus = Eigen::Matrix3d::Zero();  // N m, over the angles
-  // A law that depends on the curvature, instead of the modulus.
+  std::array<int, 6> particles;  // global indices; no_particle: ghost or border
+  // Numbers of the ghosts in MovingPoints, by edge.
+  std::array<int, 3> ghosts{no_particle, no_particle, no_particle};
+  std::array<int, 3> pins{-1, -1, -1};    // by edge: index of the clamp in the body's list of pins
+  std::array<int, 3> bodies{-1, -1, -1};  // by sewn edge with a ghost: index into Scene::bodies
+  std::array<bool, 3> is_sewn{};          // by edge
+  int body = 0;                           // index into Scene::bodies
+  int case_body = 0;                      // index into Case::body
+  int triangle = 0;                       // index into the body's mesh
+  Vec3 factors{1, 1, 1};                  // by edge: 2 if clamped, SeamFold::share if sewn
+  Vec3 rest_angles{0, 0, 0};              // rad, by edge
+  Eigen::Matrix3d modulus = Eigen::Matrix3d::Zero();  // N m, over the three angles
+  // Law with a stiffness that depends on the curvature. Null if the law is linear.
   std::shared_ptr<const materials::CurvedBending> curved;
-  materials::StrainMapOf<double> map;
-  double damping_time = 0;  // s, at the time set
+  materials::StrainMapOf<double> map;  // from the angles to the curvature, for `curved`
+  double damping_time = 0;             // s, at the time of set_time()
   materials::YieldLaw yielding;
 };
 

@@ -1,4 +1,4 @@
-// Bending of the triangles at the edges that clamps hold (sim/scene/clamps.h).
+// Bending of triangles at clamped edges (sim/scene/clamps.h).
 #include <algorithm>
 
 #include "sim/forces/border_bending.h"
@@ -43,8 +43,8 @@ void add_clamped_body(const Scene& scene, int b, BorderTriangles& all) {
 
 }  // namespace
 
-// If no clamp holds at the time, the force exists without triangles: the energies of a run keep
-// their names.
+// Returns null only if the case has no clamps. While no clamp holds, the force has no triangles,
+// and the trajectory still records its energy.
 std::unique_ptr<Force> make_clamp_force(const Scene& scene) {
   if (!has_clamps(scene.source)) return nullptr;
   BorderTriangles all;

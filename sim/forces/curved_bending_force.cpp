@@ -1,4 +1,4 @@
-// Bending whose stiffness depends on the curvature.
+// The bending of cloth whose stiffness depends on the curvature.
 #include <memory>
 
 #include "materials/curved_bending.h"
@@ -16,9 +16,10 @@ using materials::Vec3Of;
 using Hinges = QuadBending::Hinges;
 using Modulus = QuadBending::Modulus;
 
-// A batch of quads whose stiffness depends on the curvature (materials/curved_bending.h).
+// The law of a batch of quads whose bending stiffness depends on the curvature
+// (materials/curved_bending.h).
 struct CurvedBendingBatch {
-  std::shared_ptr<const materials::CurvedBending> law;  // of all batches
+  std::shared_ptr<const materials::CurvedBending> law;  // shared by all batches
   std::array<materials::StrainMapOf<Lanes>, 2> maps;
   Hinges rest_angles;
 

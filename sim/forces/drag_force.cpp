@@ -16,7 +16,7 @@ using materials::Mat3Of;
 using materials::NodesOf;
 using materials::Vec3Of;
 
-// Air density times drag coefficient by quad, kg/m^3.
+// Density of the air times the drag coefficients, by quad, kg/m^3.
 struct DragNumbers {
   VaryingNumbers normal, tangential;
 };
@@ -97,14 +97,14 @@ class DragForce final : public Force {
                    into.product);
   }
 
-  // Returns the damping block that all pairs of a triangle's nodes share.
+  // Returns the block of D (N s/m) that is common to all pairs of nodes of a triangle.
   Mat3Of<Lanes> damping_of(int first, const Corners& x, const Corners& v, int triangle) const {
     return (1.0 / 9) * materials::drag_damping(batch(first), triangle_nodes(x, triangle),
                                                triangle_nodes(v, triangle), wind_);
   }
 
-  // Returns the sums at the corners of a quad, where each node of a triangle receives the value of
-  // the triangle.
+  // Returns the sum at each corner of a quad, where `one` and `other` are the vectors that the two
+  // triangles add to each of their nodes.
   static Corners shared(const Vec3Of<Lanes>& one, const Vec3Of<Lanes>& other) {
     Corners corners;
     corners << one, one + other, one + other, other;
@@ -116,11 +116,11 @@ class DragForce final : public Force {
   StencilArray<4, QuadCorners> quads_;
   DragNumbers drags_;
   TimeCurve<Vec3> wind_in_time_;
-  StencilNumbers normal_, tangential_;  // at the time of set_time()
+  StencilNumbers normal_, tangential_;  // kg/m^3, at the time of set_time()
   Vec3Of<Lanes> wind_;                  // m/s, at the time of set_time()
 };
 
-// Appends the drag of the quads of a body: air density times coefficient.
+// Appends the density of the air times a drag coefficient of a body (kg/m^3) for `quads` quads.
 void append(int quads, const Varying<double>& density, const Varying<double>& coefficient,
             VaryingNumbers& numbers) {
   const TimeCurve<double> of_air(density), of_body(coefficient);

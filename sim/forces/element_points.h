@@ -1,4 +1,4 @@
-// Points of a quadrature rule, sorted by the elements in which they lie.
+// Points of a quadrature rule, sorted by the element in which they lie.
 #pragma once
 
 #include <numeric>
@@ -11,9 +11,10 @@ namespace weft::sim {
 template <class Point>
 class ElementPoints {
  public:
-  // Adds a point. Points of one element keep the order of these calls.
+  // Adds a point. Points of one element remain in the order in which they were added.
   void add(int element, const Point& point) { unsorted_.emplace_back(element, point); }
-  // Sorts the points. Must be called once, after the last point and before of().
+  // Sorts the points by element. `elements` is the number of elements. Must be called once, after
+  // the last add() and before of().
   void finish(int elements) {
     first_.assign(elements + 1, 0);
     for (const auto& [element, point] : unsorted_) ++first_[element + 1];
@@ -31,7 +32,7 @@ class ElementPoints {
  private:
   std::vector<std::pair<int, Point>> unsorted_;
   std::vector<Point> points_;
-  std::vector<int> first_;  // by element
+  std::vector<int> first_;  // index of the first point, by element
 };
 
 }  // namespace weft::sim

@@ -1,4 +1,5 @@
-// Membranes whose tension is a nonlinear function of the strain: curves, and measured coefficients.
+// Membranes whose tension is a nonlinear function of the strain, given by curves or by measured
+// coefficients.
 #include "materials/fabric_membrane.h"
 
 #include "sim/base/parallel.h"
@@ -23,7 +24,7 @@ using materials::Vec3Of;
 
 using Corners = MembraneCorners;
 
-// The membranes of all bodies of one material.
+// The force of the membranes of all dynamic bodies of one material.
 template <class Law>
 class FabricMembraneForce final : public Force {
  public:
@@ -100,8 +101,8 @@ class FabricMembraneForce final : public Force {
       batch.strains.map.data()[i].values[lane] = membrane.strains.map.data()[i];
     batch.strains.area.values[lane] = membrane.strains.area;
   }
-  // Computes rest lengths by the same operations as later lengths, so that forces on a body at rest
-  // are exactly zero.
+  // Computes rest lengths by the same operations as later lengths. The force on a body at rest is
+  // therefore exactly zero.
   void set_rest_lengths(const std::vector<Vec3>& rest) {
     quads_.for_each_batch(1, [&](int first) {
       const Corners x = quads_.gather(first, rest);
@@ -154,7 +155,7 @@ class FabricMembraneForce final : public Force {
     QuadBlocks stiffness, damping;
     stiffness.blocks.fill(Mat3Of<Lanes>::Zero());
     if (has_damping() && !into.is_joined()) damping.blocks.fill(Mat3Of<Lanes>::Zero());
-    std::array<Nodes, 2> pulls;  // damping forces for the displacement `along`
+    std::array<Nodes, 2> pulls;  // minus D times `into.along`, by triangle
     for (int t = 0; t < 2; ++t) {
       const Triangle& own = triangle(first, t);
       const Nodes nodes = triangle_nodes(x, t), edges = materials::opposite_edges(nodes);
@@ -196,7 +197,8 @@ class FabricMembraneForce final : public Force {
   TimeCurve<double> damping_time_;  // s
   double time_ = 0;                 // s, at the time of set_time()
   MembraneStencils quads_;
-  // The triangles of each batch of quads. Lanes beyond the last quad have no area.
+  // The membranes of both triangles of each quad, by batch. Lanes beyond the last quad have no
+  // area.
   std::vector<std::array<Triangle, 2>> membranes_;
 };
 

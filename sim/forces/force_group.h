@@ -1,4 +1,4 @@
-// Combines several arrays of one kind of force into a single force with one energy.
+// Combines forces with a common name into a single force.
 #pragma once
 
 #include <memory>
@@ -8,9 +8,10 @@
 
 namespace weft::sim {
 
-// Returns the sum of all members as one force. Null members are left out. Returns null if none is
-// left, and a single member as it is. Precondition: all members have the same name() and the same
-// is_membrane().
+// Returns the sum of all members as one force. Null members are ignored. Returns null if no member
+// remains, and the member itself if only one remains. Preconditions: all members have the same
+// name() and the same is_membrane(). Members are neither external, nor loads, nor constraints, and
+// have no moving points.
 std::unique_ptr<Force> grouped(std::vector<std::unique_ptr<Force>> members);
 
 }  // namespace weft::sim

@@ -8,7 +8,7 @@
 
 namespace weft::sim {
 
-// A batch of quads whose moments are linear in the strains.
+// The law of a batch of quads whose moments are linear in the strains.
 struct LinearBending {
   using Lanes = materials::Lanes;
   using Hinges = QuadBending::Hinges;
@@ -42,7 +42,7 @@ struct LinearBending {
   }
 };
 
-// Makes the batches of quads, without their rest angles. Lanes beyond the last quad have no
+// Returns the laws of all batches of quads, without rest angles. Lanes beyond the last quad have no
 // stiffness, and never yield.
 template <class Batch>
 std::vector<Batch> linear_batches(const BendingQuads& quads) {

@@ -1,4 +1,4 @@
-// Forces and stiffness of loads on the cells and spline elements of surfaces.
+// Forces and stiffness of loads on cells of cloth and elements of spline shells.
 #pragma once
 
 #include <array>
@@ -12,8 +12,9 @@
 
 namespace weft::sim {
 
-// The value of a load at a time. `force` (N, N/m or N/m^2) has components in the surface's frame if
-// the load is a follower. `scalar` is a pressure (Pa) or a moment (N m/m).
+// The value of a load at a time. `force` (N, N/m or N/m^2) has components in the frame of the
+// surface if the load is a follower. `scalar` is the value of a pressure (Pa) or of a moment (N
+// m/m).
 struct LoadValue {
   LoadType type = LoadType::point;
   bool follower = false;
@@ -23,7 +24,8 @@ struct LoadValue {
   bool turns() const { return follower || type == LoadType::pressure || type == LoadType::moment; }
 };
 
-// The points of all loads on surfaces whose points depend on `nodes` nodes each.
+// All load points that depend on `nodes` particles each: points on cells of cloth, or on elements
+// of shells of one degree.
 template <int nodes>
 class LoadElements {
  public:
@@ -31,7 +33,8 @@ class LoadElements {
   using Nodes = materials::NodesOf<double, nodes>;
   using Blocks = materials::StencilMatrix<double, nodes>;
 
-  // Adds a point of the load with number `load`. Consecutive points of one element share a stencil.
+  // Adds a point of a load. `load` is the index of the load in lists of LoadValue. Consecutive
+  // points of one element share a stencil.
   void add(int load, int first_particle, const LoadPoint& from) {
     Stencil stencil;
     Point point{.load = load, .measure = from.measure, .parameters = from.measure};
@@ -48,7 +51,7 @@ class LoadElements {
     }
     points_.push_back(point);
   }
-  // Must be called once, after the last point.
+  // Must be called once, after the last add().
   void finish(int particle_count) {
     first_point_.push_back(static_cast<int>(points_.size()));
     elements_ = StencilArray<nodes>(stencils_, particle_count);
@@ -96,7 +99,7 @@ class LoadElements {
  private:
   struct Point {
     int load = 0;
-    double measure = 0;     // m or m^2 at rest; 1 for a vertex
+    double measure = 0;     // length (m) or area (m^2) at rest; 1 for a vertex
     double parameters = 0;  // length or area in parameter space
     std::array<double, nodes> value{}, slope_u{}, slope_v{};
   };
@@ -135,7 +138,7 @@ class LoadElements {
   static void add_point_stiffness(const LoadValue& load, const Point& point, const Nodes& x,
                                   Blocks& sum) {
     const materials::SurfaceForceSlopes slopes = slopes_at(load, point, tangents(point, x));
-    // Derivative of the force on node a with respect to the position of node b.
+    // The derivative of the force on node a by the position of node b.
     const auto slope = [&](int a, int b) {
       Mat3 total = Mat3::Zero();
       const std::array<double, 3> factor{point.value[a], point.slope_u[a], point.slope_v[a]};
@@ -150,7 +153,7 @@ class LoadElements {
   }
 
   std::vector<Stencil> stencils_;
-  std::vector<int> first_point_;  // by element
+  std::vector<int> first_point_;  // by element: index of its first point; then the number of points
   std::vector<Point> points_;
   StencilArray<nodes> elements_;
 };

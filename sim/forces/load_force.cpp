@@ -1,4 +1,4 @@
-// Forces, pressures and moments that act on bodies from outside (materials/surface_load.h).
+// Applied loads: forces, pressures and moments (materials/surface_load.h).
 #include <algorithm>
 
 #include "sim/forces/force_arrays.h"
@@ -42,7 +42,7 @@ class LoadForce final : public Force {
     scale();
   }
   double evaluation_work() const override { return 0.6; }
-  // The energy of a load is outside the simulation and not known.
+  // Loads store no energy in the simulation.
   double energy(const Kinematics&, int) override { return 0; }
 
   void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) override {
@@ -56,7 +56,7 @@ class LoadForce final : public Force {
   void attach(const BlockPattern& pattern) override {
     visit([&](auto& elements) { elements.attach(pattern); });
   }
-  // The semi-definite form leaves out loads, because their stiffness has either sign.
+  // The semi-definite form leaves out the stiffness of loads, which may be indefinite.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
     if (definiteness == Definiteness::semi_definite) return;
@@ -67,7 +67,7 @@ class LoadForce final : public Force {
 
  private:
   struct Curves {
-    LoadValue value;  // at the time of set_time(), with load factor 1
+    LoadValue value;  // at the time of set_time(), before multiplication by factor_
     TimeCurve<Vec3> force;
     TimeCurve<double> scalar;
   };
@@ -101,8 +101,9 @@ class LoadForce final : public Force {
   LoadElements<4> cells_;
   LoadElements<9> quadratic_;
   LoadElements<16> cubic_;
-  std::vector<Curves> curves_;     // by load
-  std::vector<LoadValue> values_;  // by load, at the time of set_time()
+  std::vector<Curves> curves_;  // one entry per load on a dynamic body
+  // For each entry of curves_, the value at the time of set_time(), multiplied by factor_.
+  std::vector<LoadValue> values_;
   double factor_ = 1;
 };
 

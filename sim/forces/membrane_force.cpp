@@ -21,13 +21,14 @@ using materials::TriangleMembraneOf;
 
 using Corners = MembraneCorners;
 
-// The membranes of some quads: isotropic ones (TriangleMembraneOf) or orthotropic ones.
+// Quads and the membranes of their triangles, which are isotropic (TriangleMembraneOf) or
+// orthotropic (OrthotropicMembraneOf).
 template <template <class> class MembraneOf>
 struct MembraneQuads {
   std::vector<Quad> corners;
   std::vector<std::array<MembraneOf<double>, 2>> membranes;
-  VaryingNumbers damping_times;  // s
-  bool is_damped = false;        // at any time
+  VaryingNumbers damping_times;  // s, by quad
+  bool is_damped = false;        // true if damped at any time
 };
 
 void set_modulus(int lane, const TriangleMembraneOf<double>& membrane,
@@ -41,7 +42,7 @@ void set_modulus(int lane, const OrthotropicMembraneOf<double>& membrane,
     batch.edge_modulus.entries[k].values[lane] = membrane.edge_modulus.entries[k];
 }
 
-// Membranes whose tension is linear in the Green strain.
+// The force of membranes whose tension is linear in the Green strain.
 template <template <class> class MembraneOf>
 class MembraneForce final : public Force {
  public:
@@ -58,8 +59,8 @@ class MembraneForce final : public Force {
         batch.damping_time.values[lane] = quads.membranes[i][t].damping_time;
       }
     }
-    // Rest lengths are computed by the operations that later compute lengths: a body at rest then
-    // feels no force at all.
+    // Rest lengths are computed by the same operations as later lengths. The force on a body at
+    // rest is therefore exactly zero.
     quads_.for_each_batch(1, [&](int first) {
       const Corners x = quads_.gather(first, rest);
       for (int t = 0; t < 2; ++t) {
@@ -115,7 +116,7 @@ class MembraneForce final : public Force {
   }
 
  private:
-  // The following functions are flattened: calls would pass all their vectors through memory.
+  // WEFT_FLATTEN inlines all calls in a function, because calls would pass vectors through memory.
   WEFT_FLATTEN Lanes batch_energy(int first, std::span<const Vec3> position) const {
     if (quads_.is_run(first)) return energy_of(first, quads_.gather_run(first, position));
     return energy_of(first, quads_.gather(first, position));
@@ -171,7 +172,7 @@ class MembraneForce final : public Force {
     quads_.scatter(first, blocks, into.stiffness);
   }
 
-  // Returns G C G^T of both triangles.
+  // Returns the blocks of G C G^T of both triangles (materials/membrane.h).
   QuadBlocks material_blocks(int first, const Corners& x) const {
     QuadBlocks blocks;
     blocks.blocks.fill(Mat3Of<Lanes>::Zero());
@@ -183,8 +184,9 @@ class MembraneForce final : public Force {
     return blocks;
   }
 
-  // Adds D, the blocks times beta. If D is joined to K, the blocks are scaled instead. Both
-  // triangles of a quad have the same damping time.
+  // Adds D = beta `blocks` to the damping matrix. If K and D are joined, multiplies `blocks` by 1 +
+  // beta / gamma and adds D times `into.along` to `into.product` instead. Both triangles of a quad
+  // have the same damping time beta.
   void scatter_damping(int first, const Corners& x, const Derivatives& into,
                        QuadBlocks& blocks) const {
     const auto& [one, other] = membranes_[first / lane_count];
@@ -201,14 +203,16 @@ class MembraneForce final : public Force {
   }
 
   MembraneStencils quads_;
-  // The triangles of each batch of quads. Lanes beyond the last quad have no stiffness.
+  // The membranes of both triangles of each quad, by batch. Lanes beyond the last quad have no
+  // stiffness.
   std::vector<std::array<MembraneOf<Lanes>, 2>> membranes_;
-  VaryingNumbers damping_times_;  // of the quads
-  bool is_damped_ = false;        // at any time
+  VaryingNumbers damping_times_;  // s, by quad
+  bool is_damped_ = false;        // true if damped at any time
 };
 
-// Returns the force of the bodies whose membrane make(material, body, triangle, its rest positions)
-// makes, where `selects` their materials; null if there are none.
+// Returns the force of all dynamic bodies with a material for which selects(material) is true; null
+// if there are none. make(body, triangle, rest positions of its nodes) returns the membrane of a
+// triangle.
 template <template <class> class MembraneOf, class Selects, class Make>
 std::unique_ptr<Force> force_of(const Scene& scene, const Selects& selects, const Make& make) {
   MembraneQuads<MembraneOf> quads;

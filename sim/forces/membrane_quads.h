@@ -1,4 +1,4 @@
-// Sums over the two triangles of a quad, for the forces of membranes.
+// Sums over the two triangles of a quad, for membranes.
 #pragma once
 
 #include "materials/membrane.h"
@@ -23,7 +23,7 @@ inline MembraneCorners sum_of(const materials::NodesOf<materials::Lanes, 3>& one
   return sum;
 }
 
-// Adds the blocks of triangle t to those of its quad.
+// Adds the blocks of triangle t to the blocks of its quad.
 inline void add_triangle(const TriangleBlocks& triangle, int t, QuadBlocks& quad) {
   for (int a = 0; a < 3; ++a) {
     for (int b = a; b < 3; ++b) {
@@ -37,8 +37,8 @@ inline void add_triangle(const TriangleBlocks& triangle, int t, QuadBlocks& quad
   }
 }
 
-// Adds the stiffness of triangle t due to its edge tensions (N/m) to the blocks of its quad.
-// `pull_only` leaves out edges that push.
+// Adds the stiffness due to the edge tensions of triangle t (N/m) to the blocks of its quad.
+// `pull_only` leaves out edges under compression.
 inline void add_stress(const materials::Vec3Of<materials::Lanes>& tensions, bool pull_only, int t,
                        QuadBlocks& quad) {
   TriangleBlocks stress;
@@ -47,8 +47,8 @@ inline void add_stress(const materials::Vec3Of<materials::Lanes>& tensions, bool
   add_triangle(stress, t, quad);
 }
 
-// Calls visit(quad, corners as particles of the scene, rest positions of the two triangles) for
-// each quad of a body.
+// Calls visit(quad, corners, rest) for each quad of a body. `corners` are global indices of
+// particles, and `rest` has the rest positions (m) of the nodes of both triangles.
 template <class Visit>
 void for_each_quad(const SceneBody& body, const Visit& visit) {
   for (int q = 0; q < quad_count(body); ++q) {

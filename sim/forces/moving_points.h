@@ -1,4 +1,4 @@
-// Points outside the state that move rigidly with pins or obstacles.
+// Points that move rigidly with pins or obstacles and are not part of the state.
 #pragma once
 
 #include <vector>
@@ -7,31 +7,31 @@
 
 namespace weft::sim {
 
-// Points to which forces are anchored: the ghosts of clamps, and the places on obstacles to which
-// vertices are tied.
+// Points to which forces are attached, such as the ghosts of clamps and the points of obstacles to
+// which vertices are tied.
 class MovingPoints {
  public:
-  // Adds a point at `start` (m) that moves with `held`, or rests if `held` does not move. Returns
-  // the number of the point. `held` must outlive this object.
+  // Adds a point whose place at t = 0 is `start` (m), and returns its number. The point moves with
+  // `held`, which must outlive this object. It rests if `held` does not move or is null.
   int add(const PrescribedMotion& held, const Vec3& start) {
     return add(held.moves ? &held : nullptr, start);
   }
   int add(const PrescribedMotion* held, const Vec3& start);
-  // Adds a point that a body which is not simulated carries along, and which is at `place` (m) at
-  // the start of the scene. Returns its number. The scene must outlive this object.
+  // Adds a point of a body that is not simulated and carries it along; it is at `place` (m) at the
+  // start of the scene. Returns its number. The scene must outlive this object.
   int add_on_body(const Scene& scene, const SceneBody& body, const Vec3& place);
-  // True if a point moves.
+  // Returns true if any point was added with a motion.
   bool move() const { return !motions_.empty(); }
-  // Sets positions and velocities of the points at `now`. Must be called before their first use if
-  // move().
+  // Sets the positions and velocities of all points at `now`. Must be called before position() and
+  // velocity() if move().
   void set_time(const Instant& now);
   const Vec3& position(int point) const { return position_[point]; }  // m
   const Vec3& velocity(int point) const { return velocity_[point]; }  // m/s
 
  private:
   std::vector<const PrescribedMotion*> motions_;
-  std::vector<int> motion_of_;  // by point; -1: at rest
-  std::vector<Vec3> start_, position_, velocity_;
+  std::vector<int> motion_of_;                     // by point: index into motions_; -1: at rest
+  std::vector<Vec3> start_, position_, velocity_;  // by point: m, m and m/s
 };
 
 }  // namespace weft::sim

@@ -47,7 +47,8 @@ class ElasticBlocks {
     of_node(std::integral_constant<int, 2>());
   }
 
-  // The angle of a triangle's edge depends on the triangle's nodes and on the node across the edge.
+  // Adds the part of triangle t to the block of nodes a and b. The angle of an edge of the triangle
+  // depends on the nodes of the triangle and on the node across the edge.
   template <int t, int a, int b>
   void add(Mat3Of<Lanes>& sum) const {
     constexpr HingedTriangle triangle = hinged_triangles[t];
@@ -70,11 +71,11 @@ class ElasticBlocks {
 
   std::array<Modulus, 2> moduli_;
   const Slopes& slopes_;
-  Vec3Of<Lanes> products_[2][3][3];  // C d theta / d x: [triangle][hinge][own node]
+  Vec3Of<Lanes> products_[2][3][3];  // C d theta / d x, by triangle, hinge and node
 };
 
-// The blocks of sum_h moment_h d^2 theta_h / dx dx, from the quad's triangles and those beyond its
-// sides.
+// The blocks of sum_h moment_h d^2 theta_h / dx dx. They are sums over six triangles: the two of
+// the quad and the four beyond its sides.
 class StressBlocks {
  public:
   StressBlocks(const Nodes& x, const Hinges& moments)

@@ -1,4 +1,4 @@
-// The bending of cloth, quad by quad in batches, for any law over the angles of edges.
+// The bending of cloth with any law over the angles of edges. Quads are evaluated in batches.
 #pragma once
 
 #include <array>
@@ -15,15 +15,16 @@
 
 namespace weft::sim {
 
-// The part of bending that all laws share: the stencils, the damping times, and the blocks of
-// matrices, which are compiled once.
+// Base class of bending forces. It has the stencils, the damping times and the assembly of matrix
+// blocks, which do not depend on the law.
 class QuadBending : public Force {
  public:
   using Lanes = materials::Lanes;
-  using Modulus = materials::Symmetric3Of<Lanes>;  // of a triangle, over its hinges
+  // Bending modulus (N m) of a triangle over the angles of its hinges.
+  using Modulus = materials::Symmetric3Of<Lanes>;
   using Slopes = QuadSlopes<Lanes>;
   using Nodes = Slopes::Nodes;
-  using Hinges = Slopes::Hinges;  // one number per hinge
+  using Hinges = Slopes::Hinges;  // one number per hinge of a quad
   using HingeVectors = std::array<materials::HingeVectorsOf<Lanes>, hinge_count>;
 
   std::string_view name() const override { return "bending"; }
@@ -36,12 +37,13 @@ class QuadBending : public Force {
   }
   void attach(const BlockPattern& pattern) override { quads_.attach(pattern); }
 
-  // Returns the numbers of the hinges of triangle t.
+  // Returns the numbers that belong to the three hinges of triangle t.
   static materials::Vec3Of<Lanes> of_triangle(const Hinges& numbers, int t) {
     const auto& hinges = hinged_triangles[t].hinges;
     return {numbers[hinges[0]], numbers[hinges[1]], numbers[hinges[2]]};
   }
-  // Returns the sums over both triangles, by hinge, of what of_one(t) has for those of triangle t.
+  // Returns, for each hinge of a quad, the sum of the contributions of both triangles. of_one(t)
+  // returns the contributions of triangle t to its three hinges.
   template <class OfTriangle>
   static Hinges sum_of_triangles(const OfTriangle& of_one) {
     Hinges sum;
@@ -66,39 +68,41 @@ class QuadBending : public Force {
     return vectors;
   }
 
-  // Adds the blocks of B^T C B of a batch, where B = d theta / d x and C are the moduli.
+  // Adds B^T C B to `matrix` for the batch of quads that starts at quad `first`. B = d theta / d x
+  // are the slopes of the hinge angles theta, and C the moduli.
   void add_elastic(int first, const std::array<Modulus, 2>& moduli, const Slopes& slopes,
                    BlockMatrix& matrix) const;
-  // Adds B^T C B + sum_h moment_h d^2 theta_h / dx dx.
+  // Adds B^T C B + sum_h moment_h d^2 theta_h / dx dx for a batch, with the sum over its hinges h.
   void add_stressed(int first, const std::array<Modulus, 2>& moduli, const Slopes& slopes,
                     const Nodes& x, const Hinges& moments, BlockMatrix& matrix) const;
-  // Adds the damping D = beta B^T V B or, if it is joined to K, its product.
+  // Adds the damping D = beta B^T V B of a batch, with its damping times beta and viscosities V. If
+  // K and D are joined, adds the product D times `into.along` instead.
   void add_damping(int first, const std::array<Modulus, 2>& viscosities, const Slopes& slopes,
                    const Derivatives& into) const;
 
   StencilArray<QuadSurroundings::count, QuadSurroundings> quads_;
   VaryingNumbers varying_times_;
-  StencilNumbers damping_times_;  // s, at the time set
-  bool is_damped_ = false;        // at any time
+  StencilNumbers damping_times_;  // s, by quad, at the time of set_time()
+  bool is_damped_ = false;        // true if damped at any time
 };
 
-// A `Batch` has the law of materials::lane_count quads; the strains are the changes of the angles
-// (rad). The energy W is that of a quad's own triangles; those beyond its sides add their own share
-// of the sides' moments.
-//   Hinges rest_angles;
+// Bending with the law `Batch`. An object of type Batch has the laws of materials::lane_count
+// consecutive quads. Strains are changes of the hinge angles from their rest values (rad). The
+// energy W belongs to the two triangles of a quad, without the triangles beyond its sides.
+//   Hinges rest_angles;                                       // rad
 //   Lanes energy(strains) const;                              // W, J
 //   Hinges moments(strains) const;                            // dW/d theta, N m
-//   Hinges moments(strains, damping_time, rates) const;       // with damping
-//   std::array<Modulus, 2> viscosities(strains) const;        // V, of each triangle
+//   Hinges moments(strains, damping_time, rates) const;       // the damping moments included
+//   std::array<Modulus, 2> viscosities(strains) const;        // V of each triangle, N m
 //   std::array<Modulus, 2> joined(strains, definiteness, inverse_gamma, damping_time) const;
-//       // d^2 W/d theta d theta, or a semi-definite part, plus V damping_time inverse_gamma
+//       // d^2 W/d theta d theta or, if semi-definite, V; plus V damping_time inverse_gamma
 template <class Batch>
 class BendingForce : public QuadBending {
  public:
   BendingForce(const BendingQuads& quads, std::vector<Batch> batches, const std::vector<Vec3>& rest)
       : QuadBending(quads, static_cast<int>(rest.size())), batches_(std::move(batches)) {
-    // Rest angles are computed by the operations that later compute angles: a body at rest then
-    // feels no force at all.
+    // Rest angles are computed by the same operations as later angles. The force on a body at rest
+    // is therefore exactly zero.
     quads_.for_each_batch(1, [&](int first) {
       Batch& batch = batches_[first / materials::lane_count];
       batch.rest_angles.fill(0);
@@ -119,8 +123,9 @@ class BendingForce : public QuadBending {
     quads_.for_each_batch(threads, [&](int first) { add_batch(first, state, force); });
   }
 
-  // K = B^T C B + sum_h moment_h d^2 theta_h / dx dx, the Gauss-Newton part plus the stress part. D
-  // = beta B^T V B.
+  // Adds K = B^T C B + sum_h moment_h d^2 theta_h / dx dx and D = beta B^T V B, with the hinge
+  // angles theta and B = d theta / dx. The semi-definite form of K leaves out the sum and uses the
+  // viscosity V in place of the tangent modulus C.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
     quads_.for_each_batch(
@@ -128,7 +133,7 @@ class BendingForce : public QuadBending {
   }
 
  protected:
-  // One batch holds materials::lane_count quads, in order.
+  // Returns the batches. Each has the laws of materials::lane_count consecutive quads.
   std::vector<Batch>& batches() { return batches_; }
   Hinges strains_at(int first, std::span<const Vec3> position) const {
     return strains_of(batch_of(first), hinge_vectors(quads_.gather(first, position)));
@@ -137,14 +142,14 @@ class BendingForce : public QuadBending {
  private:
   const Batch& batch_of(int first) const { return batches_[first / materials::lane_count]; }
 
-  // Returns theta - theta_rest of a batch.
+  // Returns the strains theta - theta_rest of a batch, rad.
   static Hinges strains_of(const Batch& batch, const HingeVectors& hinges) {
     Hinges strains;
     for (int h = 0; h < hinge_count; ++h)
       strains[h] = materials::hinge_angle(hinges[h]) - batch.rest_angles[h];
     return strains;
   }
-  // Returns dW/d theta with damping, at given strains.
+  // Returns the moments of the hinges at the given strains, N m. Damping moments are included.
   Hinges moments(int first, const Hinges& strains, const Slopes& slopes,
                  const Kinematics& state) const {
     if (!is_damped_) return batch_of(first).moments(strains);

@@ -1,4 +1,4 @@
-// The five hinges that bend a quad (its diagonal and its four sides), and the nodes across its
+// The five hinges of a quad, which are its diagonal and its four sides, and the nodes across its
 // sides.
 #pragma once
 
@@ -8,9 +8,9 @@
 
 namespace weft::sim {
 
-// The corners of a quad and the nodes across its sides. Nodes 0 to 2 and nodes 3 to 5 are
-// consecutive in rows of the image; the last row of the image is at the top. Corners 0, 1, 4 and 5
-// are in the order of sim/forces/quads.h:
+// The corners of a quad and the nodes across its sides. Within a patch, nodes 0 to 2 are
+// consecutive in one row of the image, and nodes 3 to 5 in the next row. Corners 0, 1, 4 and 5 are
+// in the order of quad_corners() in sim/forces/quads.h:
 //
 //         7
 //     3 - 4 - 5
@@ -21,7 +21,8 @@ struct QuadSurroundings {
   static constexpr bool follows(int node) {
     return node == 1 || node == 2 || node == 4 || node == 5;
   }
-  // False for nodes across sides of different triangles: no triangle's angles depend on both.
+  // False if one node lies across a side of one triangle, and the other across a side of the other
+  // triangle. No angle of a triangle depends on both nodes.
   static constexpr bool couples(int a, int b) {
     const auto around_one = [](int node) { return node == 3 || node == 6; };
     const auto around_other = [](int node) { return node == 2 || node == 7; };
@@ -30,25 +31,26 @@ struct QuadSurroundings {
 };
 inline constexpr std::array<int, 4> quad_corner_nodes = {0, 1, 4, 5};
 
-// Nodes of each hinge in the order of materials/hinge.h; the diagonal comes first. For sides, the
-// opposite node within the quad precedes the node across the side.
+// Number of hinges, and the nodes of each hinge in the order of materials/hinge.h. Hinge 0 is the
+// diagonal. The last two nodes of a side are the opposite corner of the quad and the node across
+// the side.
 inline constexpr int hinge_count = 5;
 inline constexpr std::array<std::array<int, 4>, hinge_count> hinge_nodes = {
     {{1, 4, 0, 5}, {4, 0, 1, 3}, {0, 1, 4, 6}, {5, 4, 1, 7}, {1, 5, 4, 2}}};
 
-// A triangle of the quad and its hinges. Hinge i is opposite node i.
+// The nodes and hinges of a triangle of the quad. The i-th hinge is opposite the i-th node.
 struct HingedTriangle {
   std::array<int, 3> nodes;
   std::array<int, 3> hinges;
 
-  // Returns the index of `node` among `nodes`, or -1 if it is not one of them.
+  // Returns the index of `node` among the triangle's nodes, or -1 if it is not one of them.
   constexpr int own(int node) const {
     for (int i = 0; i < 3; ++i) {
       if (nodes[i] == node) return i;
     }
     return -1;
   }
-  // Returns the index of the hinge across which `node` lies, or -1 if there is none.
+  // Returns the index of the triangle's hinge across which `node` lies, or -1 if there is none.
   constexpr int across(int node) const {
     if (own(node) >= 0) return -1;
     for (int i = 0; i < 3; ++i) {
@@ -62,7 +64,7 @@ struct HingedTriangle {
 inline constexpr std::array<HingedTriangle, 2> hinged_triangles = {
     {{{0, 1, 4}, {0, 1, 2}}, {{1, 5, 4}, {3, 0, 4}}}};
 
-// The slopes d angle / d x of a quad's hinges, and products with them.
+// The derivatives d angle / d x of a quad's hinge angles by the node positions, 1/m.
 template <class Real>
 class QuadSlopes {
  public:
@@ -74,7 +76,8 @@ class QuadSlopes {
     for (int h = 0; h < hinge_count; ++h) gradient_[h] = materials::hinge_gradient(hinges[h]);
   }
 
-  // Returns sum over nodes of d angle / d x . u: the change of the angles as nodes move by u.
+  // Returns the changes of the angles if the nodes move by u. These are sums over nodes of the
+  // products (d angle / d x) . u.
   Hinges along(const Nodes& u) const {
     Hinges change;
     for (int h = 0; h < hinge_count; ++h) {
@@ -84,7 +87,7 @@ class QuadSlopes {
     }
     return change;
   }
-  // Returns sum over hinges of moment d angle / d x.
+  // Returns the sum over hinges of moment times d angle / d x, by node.
   Nodes times(const Hinges& moments) const {
     Nodes sum = Nodes::Zero();
     for (int h = 0; h < hinge_count; ++h) {
@@ -93,7 +96,8 @@ class QuadSlopes {
     return sum;
   }
 
-  // Returns the gradient of hinge i of a triangle at one of the hinge's nodes.
+  // Returns the derivative of the i-th hinge angle of a triangle by the position of one node of the
+  // hinge.
   template <int triangle, int i, int node>
   Vec3 of() const {
     constexpr int hinge = hinged_triangles[triangle].hinges[i];

@@ -1,4 +1,4 @@
-// The quads of images, whose two triangles forces treat together.
+// The quads of geometry images, each split into two triangles.
 #pragma once
 
 #include <array>
@@ -9,10 +9,12 @@
 namespace weft::sim {
 
 using Quad = std::array<int, 4>;
-// Nodes of the two triangles of a quad, as indices of its corners.
+// Nodes of the two triangles of a quad, as indices into its corners. The triangles are those of
+// bsi::quad_triangles().
 inline constexpr std::array<std::array<int, 3>, 2> corners_of = {{{0, 1, 2}, {1, 3, 2}}};
 
-// Returns the corners of a quad of a body in the order of bsi::quad_triangles.
+// Returns the particles at the corners of a quad of a body (local indices): (r,c), (r,c+1),
+// (r+1,c), (r+1,c+1).
 inline Quad quad_corners(const SceneBody& body, int quad) {
   const auto* triangles = &body.mesh.triangles[2 * static_cast<std::size_t>(quad)];
   return {triangles[0][0], triangles[0][1], triangles[0][2], triangles[1][1]};

@@ -1,4 +1,4 @@
-// Adds the results of stencils along a row of an image to their nodes.
+// Adds values of stencils along a row of an image to the particles of their nodes.
 #pragma once
 
 #include <array>
@@ -8,16 +8,17 @@
 
 namespace weft::sim {
 
-// Adds the results of batches that are runs (stencil_nodes.h). Values of consecutive nodes at one
-// particle are summed in registers and added to memory once, because separate additions would wait
-// for each other. If a node follows its predecessor, its value in the last stencil belongs to a
-// particle of the next batch. This value is added with the next batch if the stencils continue
-// there, otherwise by finish().
+// Adds the values of batches that are runs (stencil_nodes.h). Values for the same particle from
+// consecutive nodes are summed in registers and added to memory once, because separate additions
+// would wait for each other. If a node follows another, its value in the last stencil belongs to a
+// particle of the next batch. If the next batch continues the run, the value is added with it,
+// otherwise by finish().
 template <int Nodes, class Layout>
 class RunScatter {
  public:
   using Lanes = materials::Lanes;
-  using NodeValues = materials::NodesOf<Lanes, Nodes>;  // of a batch
+  // One vector per node and stencil of a batch.
+  using NodeValues = materials::NodesOf<Lanes, Nodes>;
 
   RunScatter(const StencilNodes<Nodes, Layout>& stencils, std::span<Vec3> sums)
       : stencils_(stencils), sums_(sums) {
@@ -48,7 +49,7 @@ class RunScatter {
       next_[node] = nodes[node].values[materials::lane_count - 1];
     }
   }
-  // Adds the values kept for the next batch. Must be called after the last add().
+  // Adds the values that wait for the next batch. Must be called after the last add().
   void finish() {
     for (int node = 0; node < Nodes; ++node) {
       if (!Layout::follows(node) || next_[node] == no_node) continue;
@@ -66,8 +67,8 @@ class RunScatter {
 
   const StencilNodes<Nodes, Layout>& stencils_;
   std::span<Vec3> sums_;
-  std::array<std::array<Lanes, 3>, Nodes> last_;  // values of the last batch at nodes that follow
-  std::array<int, Nodes> next_;                   // the particles of these in the last stencil
+  std::array<std::array<Lanes, 3>, Nodes> last_;  // last batch's values of nodes that follow others
+  std::array<int, Nodes> next_;  // by node: particle of its last value; no_node: none
 };
 
 }  // namespace weft::sim

@@ -1,4 +1,4 @@
-// Drag of shells: wind on the points of their curved surfaces (materials/drag.h).
+// Drag of the wind on the curved surfaces of spline shells (materials/drag.h).
 #include <algorithm>
 
 #include "materials/drag.h"
@@ -12,13 +12,13 @@ namespace weft::sim {
 
 namespace {
 
-// The air on a body: density (kg/m^3) and drag coefficients.
+// The density of the air (kg/m^3) and the drag coefficients of a body.
 struct AirOnBody {
   TimeCurve<double> density, normal, tangential;
-  materials::Drag now;  // products (kg/m^3) at the time of set_time()
+  materials::Drag now;  // density times coefficients at the time of set_time(), kg/m^3
 };
 
-// The elements of all shells of one degree, with two Gauss points per axis.
+// The elements of all shells of one degree. Each element has 2 x 2 Gauss points.
 template <int degree>
 class DragElements {
  public:
@@ -32,7 +32,7 @@ class DragElements {
         add_element(body, p, element % u.elements(), element / u.elements(), air);
     }
   }
-  // Must be called once, after the last body.
+  // Must be called once, after the last add_body().
   void finish(int particle_count) { elements_ = StencilArray<nodes>(stencils_, particle_count); }
   bool is_empty() const { return stencils_.empty(); }
 
@@ -75,7 +75,7 @@ class DragElements {
   static constexpr int points_per_element = 4;
 
   struct Point {
-    double weight = 0;  // area in parameter space
+    double weight = 0;  // area of the parameter space that the point stands for
     Values value{}, slope_u{}, slope_v{};
   };
 
@@ -98,7 +98,7 @@ class DragElements {
     }
   }
 
-  // Calls visit(values of the basis functions, flow) for each Gauss point of an element.
+  // Calls visit(values of the basis functions, flow) for each Gauss point of element e.
   template <class Visit>
   void visit_flows(int e, const Vec3& wind, const Kinematics& state, const Visit& visit) const {
     const Stencil& stencil = stencils_[e];
@@ -126,7 +126,7 @@ class DragElements {
   }
 
   std::vector<Stencil> stencils_;
-  std::vector<int> air_;  // by element
+  std::vector<int> air_;  // by element: index into the list of AirOnBody
   std::vector<Point> points_;
   StencilArray<nodes> elements_;
 };
@@ -197,7 +197,7 @@ class ShellDragForce final : public Force {
 
   TimeCurve<Vec3> wind_in_time_;
   Vec3 wind_;                   // m/s, at the time of set_time()
-  std::vector<AirOnBody> air_;  // by body with drag
+  std::vector<AirOnBody> air_;  // one entry per body with drag
   DragElements<2> quadratic_;
   DragElements<3> cubic_;
 };

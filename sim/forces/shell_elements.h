@@ -1,4 +1,4 @@
-// The elements of spline shells, as a force uses them.
+// Energy, forces and derivatives of the elements of spline shells.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +16,11 @@
 
 namespace weft::sim {
 
-// The elements of all shells of one degree. Bending is integrated at two Gauss points per element
-// and axis. Stretching along a parameter line takes the strain points of the line's axis
-// (SplineAxis::strain_points) and the value points of the other axis, all other stretching the
-// strain points of both. With more points thin shells would lock, with fewer some waves would have
-// no stiffness (docs/theory.md).
+// The elements of all shells of one degree. Bending is integrated at the bending points of both
+// axes (SplineAxis::bending_points). The strain along a parameter line is integrated at the strain
+// points of the line's axis and the value points of the other axis. The rest of the stretching is
+// integrated at the strain points of both axes. With more points thin shells would lock. With fewer
+// points some waves would have no stiffness (docs/theory.md).
 template <int degree>
 class ShellElements {
  public:
@@ -46,7 +46,7 @@ class ShellElements {
     append(bend_time, bend_damping_, bend_time_);
     is_damped_ |= !stretch_time.is_zero() || !bend_time.is_zero();
   }
-  // Must be called once, after the last body.
+  // Must be called once, after the last add_body().
   void finish(int particle_count) {
     elements_ = StencilArray<nodes>(stencils_, particle_count);
     fibres_.finish(elements_.count());
@@ -136,18 +136,19 @@ class ShellElements {
     ShellLaw law;
   };
   struct FibrePoint {
-    typename Basis::Numbers slope;  // of the basis functions along the line
+    typename Basis::Numbers slope;  // derivatives of the basis functions along the line
     materials::FibreLaw law;
   };
   using Points = ElementPoints<Point>;
 
-  // Calls body(basis, law) for the points of an element.
+  // Calls body(basis, law) for each quadrature point of an element.
   template <class Body>
   static void visit(const Points& points, int element, const Body& body) {
     for (const Point& point : points.of(element)) body(basis_of(point.u, point.v), point.law);
   }
 
-  // The basis of a tensor product: node (degree + 1) j + i has function i along u and j along v.
+  // Returns the tensor product of two bases. Node (degree + 1) j + i has function i along u and
+  // function j along v.
   static Basis basis_of(const SplineBasis& u, const SplineBasis& v) {
     Basis basis;
     for (int j = 0, node = 0; j <= degree; ++j) {
@@ -242,7 +243,8 @@ class ShellElements {
     return blocks;
   }
 
-  // The stress, damping included.
+  // stress() and moment() return the modulus times (e + beta de/dt). e is the strain or the bending
+  // at a point, and beta the damping time of the element (s).
   double stress(const Fibre& fibre, const FibrePoint& point, const Nodes& v, int element) const {
     double strain = fibre.strain(point.law);
     if (is_damped_) strain += stretch_time_[element] * fibre.strain_rate(v * point.slope.matrix());
@@ -263,7 +265,7 @@ class ShellElements {
     return law.modulus * bending;
   }
 
-  // K. If D is joined to it, the part of the moduli is larger.
+  // Adds K of element e to `sum`, or K + D / gamma if K and D are joined.
   void add_stiffness(int e, const Nodes& x, const Nodes& v, const Derivatives& into, bool exact,
                      Blocks& sum) const {
     const double joined = into.is_joined() ? into.inverse_gamma : 0;
@@ -285,7 +287,8 @@ class ShellElements {
                          exact, basis, sum);
     });
   }
-  // D, or its product if it is joined to K.
+  // Adds D of element e to the damping matrix. If K and D are joined, adds D times `into.along` to
+  // `into.product` instead.
   void add_damping(int e, const Nodes& x, const Derivatives& into) const {
     Blocks damping = zero();
     Nodes product = Nodes::Zero();
@@ -324,8 +327,8 @@ class ShellElements {
   ElementPoints<FibrePoint> fibres_;
   Points stretch_, bend_;
   VaryingNumbers stretch_damping_, bend_damping_;
-  std::vector<double> stretch_time_, bend_time_;  // s, by element, at the time set
-  bool is_damped_ = false;                        // at any time
+  std::vector<double> stretch_time_, bend_time_;  // s, by element, at the time of set_time()
+  bool is_damped_ = false;                        // true if damped at any time
 };
 
 }  // namespace weft::sim

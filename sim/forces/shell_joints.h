@@ -1,4 +1,4 @@
-// Forces and stiffness of the joints between patches of shells.
+// Energy, forces and derivatives of the elastic joints between patches of shells.
 #pragma once
 
 #include <algorithm>
@@ -16,13 +16,14 @@
 
 namespace weft::sim {
 
-// Stiffness of a joint per length of the border, as a multiple of the bending stiffness divided by
-// the width of the adjacent elements. The joint bends like a strip of surface whose width is that
-// of an element divided by this multiple (docs/decisions/0051).
+// Stiffness of a joint per length of border, in units of D / w. D is the bending stiffness of the
+// shell, and w the width of the elements at the border. The joint bends like a strip of the shell
+// of width w / joint_hardness (docs/decisions/0051).
 inline constexpr double joint_hardness = 1e3;
 
-// The joints of all shells of one degree. Along the border, the change of the angle between the two
-// patches (materials/surface_angle.h) is measured at about one point per element.
+// The joints of all shells of one degree. At each point of a joint, the change of the angle between
+// the two patches has an elastic energy (materials/surface_angle.h). The points are the strain
+// points of the border's spline, about one per element.
 template <int degree>
 class ShellJoints {
  public:
@@ -41,7 +42,7 @@ class ShellJoints {
     damping_time_.resize(stencils_.size(), time.constant_or_zero());
     is_damped_ |= added > 0 && !time.is_zero();
   }
-  // Must be called once, after the last body.
+  // Must be called once, after the last add_body().
   void finish(int particle_count) {
     points_ = StencilArray<nodes>(stencils_, particle_count);
     set_time({});
@@ -146,7 +147,7 @@ class ShellJoints {
   void scatter(int point, const Nodes& values, std::span<Vec3> sums) const {
     for (int i = 0; i < nodes; ++i) sums[stencils_[point][i]] += values.col(i);
   }
-  // Returns the moment (N m) at a point, damping included.
+  // Returns the moment (N m) at a point, damping moment included.
   double moment(int point, const SurfaceAngle& angle, const Nodes& gradient,
                 std::span<const Vec3> velocity) const {
     const double elastic = angle.moment(laws_[point]);

@@ -88,8 +88,8 @@ class SpringForce final : public Force {
   bool is_damped_;  // true if damped at any time
 };
 
-// Collects springs between texels that are a given step apart in the image. A pair of particles
-// that two patches share gets one spring.
+// Collects springs between texels at a given offset in the image. Two particles get at most one
+// spring, even if both lie in two patches.
 class SpringCollector {
  public:
   SpringCollector(const SceneBody& body, double damping_time, SpringNetwork& network)

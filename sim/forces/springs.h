@@ -1,4 +1,4 @@
-// The springs of a scene.
+// The springs of cloth whose membrane is made of springs.
 #pragma once
 
 #include <array>
@@ -12,9 +12,9 @@ namespace weft::sim {
 struct Scene;
 
 struct SpringNetwork {
-  std::vector<std::array<int, 2>> ends;  // particles
+  std::vector<std::array<int, 2>> ends;  // dynamic particles at the ends
   std::vector<materials::Spring> springs;
-  VaryingNumbers damping_times;  // s
+  VaryingNumbers damping_times;  // s, by spring
   bool is_damped = false;        // true if damped at any time
 };
 

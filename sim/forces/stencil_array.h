@@ -13,9 +13,9 @@
 #include "sim/forces/stencil_nodes.h"
 #include "sim/matrix/block_matrix.h"
 
-// Marks a function that processes a batch of stencils: all calls in it are inlined, so that numbers
-// stay in registers. Sanitizers check every access: the compiler would take 20 minutes with eight
-// lanes. With sanitizers, the compiler therefore chooses which calls to inline.
+// Marks a function that processes batches of stencils. All calls in it are inlined, so that numbers
+// stay in registers. With sanitizers, the compiler chooses which calls to inline, because inlining
+// all of them would take it many minutes.
 #if defined(WEFT_SANITIZED)
 #define WEFT_FLATTEN
 #else
@@ -24,16 +24,17 @@
 
 namespace weft::sim {
 
-// Stencils of `Nodes` particles each, as forces use them. Loops run over chunks in parallel
-// (stencil_chunks.h). Values are read and added one by one or in batches (stencil_nodes.h,
-// run_scatter.h, stencil_blocks.h). stencil_layout.h describes `Layout` and absent nodes. The index
-// of its first stencil identifies a batch.
+// Stencils of `Nodes` particles each, as forces use them. Loops run over chunks of stencils in
+// parallel (stencil_chunks.h). Values are read and added for one stencil or for a batch
+// (stencil_nodes.h, run_scatter.h, stencil_blocks.h). A batch is identified by the index of its
+// first stencil. stencil_layout.h explains `Layout` and absent nodes.
 template <int Nodes, class Layout = AnyStencil>
 class StencilArray {
  public:
   using Stencil = typename StencilNodes<Nodes, Layout>::Stencil;
   using Lanes = materials::Lanes;
-  using NodeValues = typename StencilNodes<Nodes, Layout>::NodeValues;  // of a batch
+  // One vector per node and stencil of a batch.
+  using NodeValues = typename StencilNodes<Nodes, Layout>::NodeValues;
   using RunScatter = sim::RunScatter<Nodes, Layout>;
 
   StencilArray() = default;
@@ -43,7 +44,7 @@ class StencilArray {
   int count() const { return nodes_.count(); }
   Stencil operator[](int i) const { return nodes_[i]; }
 
-  // Calls body(i) for each stencil i. Calls may add to the particles of their stencil without
+  // Calls body(i) for each stencil i. body(i) may add to values of its stencil's particles without
   // locks.
   template <class Body>
   void for_each(int threads, const Body& body) const {
@@ -68,9 +69,8 @@ class StencilArray {
   NodeValues gather(int first, std::span<const Vec3> values) const {
     return nodes_.gather(first, values);
   }
-  // True if the nodes of a batch are neighbours in memory, as gather_run() and RunScatter require.
-  // A caller that checks first keeps its numbers in registers; values read or added one by one pass
-  // through memory.
+  // Returns true if the batch is a run, which gather_run() and RunScatter require. They keep values
+  // in registers. In other batches, values are read or added one by one and pass through memory.
   bool is_run(int first) const { return nodes_.is_run(first); }
   NodeValues gather_run(int first, std::span<const Vec3> values) const {
     return nodes_.gather_run(first, values);
@@ -82,11 +82,13 @@ class StencilArray {
     run.add(first, values);
     run.finish();
   }
-  // Returns an object that adds consecutive batches to `sums`, for batches that are runs.
+  // Returns an object that adds the values of consecutive batches to `sums`. Precondition of each
+  // batch: is_run().
   RunScatter scatter_runs(std::span<Vec3> sums) const { return RunScatter(nodes_, sums); }
 
-  // Adds the blocks of a batch to a matrix: block_of(a, b) for each coupled pair of nodes a <= b,
-  // given as integral constants. Precondition: attach().
+  // Adds the blocks of a batch to a matrix. block_of(a, b) returns the blocks of nodes a and b,
+  // which are integral constants. It is called for each coupled pair with a <= b. Precondition:
+  // attach().
   template <class BlockOf>
   void scatter_blocks(int first, const BlockOf& block_of, BlockMatrix& matrix) const {
     blocks_.scatter(nodes_, first, block_of, matrix);
@@ -103,8 +105,8 @@ class StencilArray {
     matrix.upper_block(blocks_.place(i, 0)) -= value;
   }
 
-  // Adds the blocks of stencil i to a matrix. Precondition: attach(); all pairs are coupled, and no
-  // node is absent.
+  // Adds the blocks of stencil i to a matrix. Preconditions: attach() was called, all pairs of
+  // nodes are coupled, and the nodes are different particles, none of them absent.
   void add_blocks(int i, const materials::StencilMatrix<double, Nodes>& values,
                   BlockMatrix& matrix) const {
     const Stencil stencil = (*this)[i];
@@ -129,7 +131,7 @@ class StencilArray {
       }
     }
   }
-  // Finds the places of the blocks of each stencil's pairs in matrices of this pattern.
+  // Stores the index of the block of each coupled pair of nodes in matrices with this pattern.
   void attach(const BlockPattern& pattern) { blocks_.attach(nodes_, pattern); }
 
  private:

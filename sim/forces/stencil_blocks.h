@@ -1,4 +1,4 @@
-// The places of the blocks of stencils in matrices with one block pattern.
+// The indices of the blocks of stencils in matrices with a given block pattern.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ class StencilBlocks {
  public:
   using Stencils = StencilNodes<Nodes, Layout>;
 
-  // Finds the places of all coupled pairs.
+  // Stores the index of the upper block of each coupled pair of nodes.
   void attach(const Stencils& stencils, const BlockPattern& pattern) {
     places_.resize(stencils.batch_count());
     for (int i = 0; i < stencils.count(); ++i) {
@@ -32,12 +32,12 @@ class StencilBlocks {
     }
   }
 
-  // Returns the index of the upper block of a pair of nodes of stencil i. Coupled pairs are
-  // numbered in the order (0, 1), (0, 2) ..
+  // Returns the index of the upper block of a coupled pair of nodes a < b of stencil i. Coupled
+  // pairs are numbered by a, then by b.
   int place(int i, int pair) const { return places_[i / lane_count][pair].values[i % lane_count]; }
 
-  // Adds the blocks of a batch to a matrix: block_of(a, b) for each coupled pair of nodes a <= b,
-  // given as integral constants.
+  // Adds the blocks of a batch to a matrix. block_of(a, b) returns the blocks of nodes a and b,
+  // which are integral constants. It is called for each coupled pair with a <= b.
   template <class BlockOf>
   void scatter(const Stencils& stencils, int first, const BlockOf& block_of,
                BlockMatrix& matrix) const {
@@ -57,8 +57,8 @@ class StencilBlocks {
  private:
   static constexpr int lane_count = materials::lane_count;
 
-  // Returns the place of the block of nodes a and b. A pair with an absent node refers to the
-  // diagonal block of the stencil's first node, to which it adds zero.
+  // Returns the index of the upper block of particles a and b. If one of them is absent, it is the
+  // diagonal block of the stencil's first node, to which only zero may be added.
   static int place_of(const typename Stencils::Stencil& stencil, int a, int b,
                       const BlockPattern& pattern) {
     if (a == no_node || b == no_node) return pattern.upper_diagonal(stencil[0]);
@@ -72,7 +72,8 @@ class StencilBlocks {
     return places;
   }
 
-  std::vector<std::array<LaneIntegers, coupled_pair_count<Nodes, Layout>()>> places_;  // by batch
+  // Indices of upper blocks, by batch and coupled pair.
+  std::vector<std::array<LaneIntegers, coupled_pair_count<Nodes, Layout>()>> places_;
 };
 
 }  // namespace weft::sim

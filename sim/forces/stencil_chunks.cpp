@@ -4,7 +4,8 @@ namespace weft::sim {
 
 namespace {
 
-// Gives each chunk the lowest colour that no earlier chunk has with which it shares a particle.
+// Gives each chunk a colour that differs from the colours of all earlier chunks with which it
+// shares a particle. It chooses the lowest such colour.
 class ChunkColouring {
  public:
   ChunkColouring(std::span<const int> particles, int particles_per_chunk, int particle_count)
@@ -17,8 +18,8 @@ class ChunkColouring {
   }
 
   std::vector<std::vector<int>> take_colours() { return std::move(colours_); }
-  // Returns all chunks in order, each after the chunks of lower colours that share particles with
-  // it.
+  // Returns all chunks in an order for one thread. Each chunk comes after the chunks of lower
+  // colours with which it shares a particle.
   std::vector<int> order() const {
     std::vector<int> order;
     std::vector<char> is_ordered(chunk_count_, 0);
@@ -62,9 +63,9 @@ class ChunkColouring {
 
   std::span<const int> particles_;
   int particles_per_chunk_, chunk_count_;
-  std::vector<std::vector<int>> chunk_by_colour_;  // by particle and colour; -1: none
+  std::vector<std::vector<int>> chunk_by_colour_;  // chunk, by particle and colour; -1: none
   std::vector<std::vector<int>> colours_;          // chunks by colour
-  std::vector<std::size_t> colour_of_;             // by chunk
+  std::vector<std::size_t> colour_of_;             // colour, by chunk
 };
 
 }  // namespace

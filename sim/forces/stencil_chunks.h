@@ -7,9 +7,10 @@
 
 namespace weft::sim {
 
-// Divides stencils into chunks of consecutive stencils. Chunks of one colour share no particle.
-// They run in parallel, one colour after the other. Chunks and colours depend on the stencils
-// alone, so every particle receives its contributions in the same order on any number of threads.
+// Divides stencils into chunks of consecutive stencils. Each chunk has a colour, and chunks of one
+// colour share no particle. Several threads process one colour after the other. Chunks and colours
+// depend on the stencils alone, so every particle receives its contributions in the same order on
+// any number of threads.
 class StencilChunks {
  public:
   StencilChunks() = default;
@@ -19,7 +20,8 @@ class StencilChunks {
   // Calls body(first, last) for each chunk of stencils.
   template <class Body>
   void for_each(int threads, const Body& body) const {
-    // A single loop serves any number of threads, as in sim/base/parallel.h.
+    // One thread processes all chunks in a single pass, several threads process one colour per
+    // pass.
     const auto passes = threads > 1 ? std::span(colours_) : std::span(&order_, 1);
     for (const std::vector<int>& chunks : passes) {
       const int chunk_count = static_cast<int>(chunks.size());
@@ -33,13 +35,13 @@ class StencilChunks {
   }
 
  private:
-  static constexpr int stencils_per_chunk = 512;  // a multiple of all lane counts
+  static constexpr int stencils_per_chunk = 512;  // a multiple of every possible lane_count
 
   int stencil_count_ = 0;
   std::vector<std::vector<int>> colours_;  // chunks by colour
-  // The order of all chunks on one thread. Chunks that share a particle are in the order of their
-  // colours, and neighbouring chunks stay close to each other. If chunks ran colour by colour, a
-  // matrix larger than the cache would be read once per colour.
+  // The order in which one thread processes all chunks. Chunks that share a particle are in the
+  // order of their colours, and neighbouring chunks stay close to each other. If the order were
+  // colour by colour, a matrix larger than the cache would be read once per colour.
   std::vector<int> order_;
 };
 

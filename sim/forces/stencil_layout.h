@@ -1,4 +1,4 @@
-// The layout of a force's stencils in an image.
+// Layouts: how the nodes of a force's stencils lie in an image.
 #pragma once
 
 #include <utility>
@@ -11,8 +11,9 @@ namespace weft::sim {
 // absent node is that of an arbitrary particle, and a value added there must be zero.
 inline constexpr int no_node = -1;
 
-// A layout tells which pairs of nodes are coupled, and which nodes follow the preceding one in
-// memory, along the rows of an image. AnyStencil fits any stencil.
+// A layout is a class with two functions. couples(a, b) tells whether the derivatives couple nodes
+// a and b. follows(node) tells whether a node usually is the particle after that of the preceding
+// node, as in a row of an image. AnyStencil fits any stencil.
 struct AnyStencil {
   static constexpr bool follows(int) { return false; }
   static constexpr bool couples(int, int) { return true; }

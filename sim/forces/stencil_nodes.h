@@ -12,17 +12,19 @@
 
 namespace weft::sim {
 
-// Stencils of `Nodes` particles each, in batches of consecutive stencils (materials/lanes.h). The
-// last batch is filled with copies of the last stencil.
+// Stencils of `Nodes` particles each, in batches of consecutive stencils (materials/lanes.h).
+// Copies of the last stencil fill up the last batch.
 //
-// Stencils along a row of an image have nodes that are neighbours in memory. A batch of these
-// stencils is a run: it reads and adds the values of consecutive particles together.
+// A batch is a run if each of its nodes stands for consecutive particles, as along a row of an
+// image. In a run, a node that follows another (stencil_layout.h) stands for the particles after
+// those of the other node. Values of a run are read and added as vectors.
 template <int Nodes, class Layout>
 class StencilNodes {
  public:
   using Stencil = std::array<int, Nodes>;
   using Lanes = materials::Lanes;
-  using NodeValues = materials::NodesOf<Lanes, Nodes>;  // of a batch
+  // One vector per node and stencil of a batch.
+  using NodeValues = materials::NodesOf<Lanes, Nodes>;
 
   StencilNodes() = default;
   StencilNodes(const std::vector<Stencil>& stencils, int particle_count)
@@ -96,15 +98,15 @@ class StencilNodes {
  private:
   static constexpr int lane_count = materials::lane_count;
 
-  // Not inlined, because the code of its callers then compiles better.
+  // Not inlined, because the compiler then produces better code for the callers.
   [[gnu::noinline]] void gather_one_by_one(int first, std::span<const Vec3> values,
                                            NodeValues& result) const {
     for (int node = 0; node < Nodes; ++node) {
       const LaneIntegers& nodes = nodes_[first / lane_count][node];
       std::array<const double*, lane_count> at;
       for (int lane = 0; lane < lane_count; ++lane) at[lane] = values[nodes.values[lane]].data();
-      // Makes the vector from all numbers at once. If the numbers were written to memory one by
-      // one, loading the vector would wait for the last of them.
+      // Makes a vector from all its numbers at once. If the numbers were first written to memory
+      // one by one, loading the vector would wait for the last of them.
       const auto together = [&]<int... lane>(int axis, std::integer_sequence<int, lane...>) {
         return Lanes(Lanes::Vector{at[lane][axis]...});
       };
@@ -130,8 +132,8 @@ class StencilNodes {
     }
     if (any) absent_ = std::move(absent);
   }
-  // Replaces absent nodes by particles that complete a run or, if there are none, by the first node
-  // of the stencil.
+  // Replaces each absent node by the particle with which the batch can be a run. If there is no
+  // such particle, the first node of the stencil replaces it.
   void replace_absent_nodes(int batch, int particle_count) {
     for (int node = 0; node < Nodes; ++node) {
       auto& particles = nodes_[batch][node].values;
@@ -161,8 +163,9 @@ class StencilNodes {
     }
   }
 
-  std::vector<std::array<LaneIntegers, Nodes>> nodes_;  // by batch
-  // Bits by batch and node: the lanes whose stencil lacks the node. Empty if no node is absent.
+  std::vector<std::array<LaneIntegers, Nodes>> nodes_;  // particles, by batch and node
+  // By batch and node: bit i is set if the stencil in lane i lacks the node. Empty if no node is
+  // absent.
   std::vector<std::array<unsigned char, Nodes>> absent_;
   std::vector<char> runs_;  // by batch: nonzero if it is a run
   int count_ = 0;

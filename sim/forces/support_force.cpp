@@ -12,11 +12,12 @@ namespace weft::sim {
 
 namespace {
 
-// Stiffness of a spring, as a multiple of the in-plane stiffness of the body (N/m). A held
-// component is displaced by about the local stretch of the body divided by this multiple. Rounded
-// positions limit the multiple in equilibria, and tolerances of positions limit it in motion.
+// Ratio of the stiffness of a spring to the in-plane stiffness of the body (both in N/m), for
+// equilibria and for motion. The error of a held component is about the local stretch of the body
+// divided by this ratio. Rounding of positions limits the ratio for equilibria. The tolerance of
+// positions limits it for motion.
 constexpr double static_hardness = 1e5, hardness = 1e3;
-// Ratio (s) of the damping of a spring in motion to its stiffness.
+// Ratio of a spring's damping to its stiffness in motion, s.
 constexpr double damping_time_in_motion = 1e-4;
 
 double own_stiffness(const MaterialCase& material) {
@@ -131,11 +132,11 @@ class SupportForce final : public Force {
  private:
   struct Spring {
     const SlidingSupport* source = nullptr;
-    const RigidMotion* motion = nullptr;  // null: at rest
-    int particle = 0, base = -1;          // dynamic particles; base -1: none
+    const RigidMotion* motion = nullptr;  // null if the support is at rest
+    int particle = 0, base = -1;          // global indices; base -1: no base
     double stiffness = 0;                 // N/m
     int body = 0;
-    int between = -1;                    // index of the upper block between both
+    int between = -1;                    // index of the upper block of particle and base
     double target = 0, target_rate = 0;  // m and m/s, at the time of set_time()
     Vec3 place{0, 0, 0};
   };

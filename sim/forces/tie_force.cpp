@@ -1,5 +1,6 @@
-// The forces of ties and seams. They act along the line between a vertex and its point, on the
-// nodes around the point by their weights: momentum and angular momentum are conserved.
+// The forces of the springs of ties and seams. A force acts along its spring. At a point of a
+// triangle it is split among the nodes by the weights of the point, which conserves momentum and
+// angular momentum.
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/tie_springs.h"
 
@@ -75,8 +76,9 @@ class TieForce final : public Force {
   }
   void attach(const BlockPattern& /*pattern*/) override {}
 
-  // d^2 W / dd dd = k ((1 - L/|d|) I + L/|d| n n^T) with n = d / |d|. Under compression the first
-  // part is negative, and semi-definite matrices leave it out.
+  // Adds the second derivative of W by the vector d of each spring, with n = d / |d|:
+  //   d^2 W / dd dd = k (n n^T + (1 - L/|d|) (I - n n^T)).
+  // Under compression the factor 1 - L/|d| is negative. The semi-definite form replaces it by zero.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int /*threads*/) override {
     const BlockPattern& pattern = into.stiffness.pattern();
@@ -107,7 +109,7 @@ class TieForce final : public Force {
     }
   }
 
-  // dW/dd, N. Points that coincide have no direction, and no force unless the length is zero.
+  // Returns dW/dd, N. It is zero if the ends of the spring coincide.
   Vec3 slope(const SpringEnds& spring, std::span<const Vec3> position) const {
     const Vec3 d = springs_.between(spring, position);
     if (spring.length == 0) return spring.stiffness * d;
@@ -135,8 +137,8 @@ class TieForce final : public Force {
 
 }  // namespace
 
-// If all ties have broken or sleep, the force exists without springs: the energies of a run keep
-// their names.
+// Returns null only if the case has no ties. If all ties are broken or between sleeping bodies, the
+// force has no springs, and the trajectory still records its energy.
 std::unique_ptr<Force> make_tie_force(const Scene& scene) {
   if (scene.source.tie.empty()) return nullptr;
   return std::make_unique<TieForce>(TieForce::Joint::tie, TieSprings(scene, scene.ties));

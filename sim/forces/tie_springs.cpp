@@ -59,13 +59,15 @@ void TieSprings::set_time(const Instant& now) {
   }
 }
 
-// Adds `sign` times a point of a body to the vector between a spring's points.
+// Adds `sign` times a point of a body to the vector between the ends of a spring. If the body is
+// not dynamic, the point becomes the anchor of the spring.
 void TieSprings::add_point(const Scene& scene, int case_body, double sign,
                            std::span<const int> nodes, const Vec3& weights, const Vec3& place,
                            SpringEnds& spring) {
   const SceneBody& body = scene.bodies[scene.case_order[case_body]];
   if (!body.dynamic) {
-    // A body that sleeps, or is held at rest, may be elsewhere than at t = 0.
+    // `place` is the point at t = 0. A body that is not an obstacle may have moved before it fell
+    // asleep or was held, so its point is computed from the positions in the scene.
     Vec3 now = place;
     if (!body.is_obstacle) {
       now.setZero();

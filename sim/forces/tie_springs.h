@@ -1,5 +1,5 @@
-// The springs of ties (sim/scene/ties.h) and seams (sim/scene/seams.h) between particles of a
-// scene.
+// The springs of ties (sim/scene/ties.h) and seams (sim/scene/seams.h) with the particles on which
+// they act.
 #pragma once
 
 #include <array>
@@ -11,28 +11,30 @@
 
 namespace weft::sim {
 
-// A spring between two points. The vector between them, d, is the sum of coefficient[i] x_i over
-// dynamic particles, plus the anchor's part if one of the points is not simulated. The energy is
+// A spring between two points. The vector between them is
+//   d = sum_i coefficient[i] x_i + anchor_coefficient * anchor.
+// The x_i are positions of dynamic particles. The anchor is a point that is not simulated. The
+// energy is
 //   W = k/2 (|d| - L)^2.
 struct SpringEnds {
   int count = 0;
   std::array<int, 4> particle{};
   std::array<double, 4> coefficient{};
-  int anchor = -1;  // number in MovingPoints; -1: none
+  int anchor = -1;  // number in MovingPoints; -1: no anchor
   double anchor_coefficient = 0;
-  int anchor_body = -1;  // index into Scene::bodies
-  int tie = -1;          // number; -1: of a seam
-  double stiffness = 0;  // k, N/m
-  double length = 0;     // L, m, at the time set
+  int anchor_body = -1;  // index into Scene::bodies; -1: no anchor
+  int tie = -1;          // Tie::number; -1: the spring belongs to a seam
+  double stiffness = 0;  // stiffness k, N/m
+  double length = 0;     // rest length L at the time of set_time(), m
   // The length of a seam that closes falls from `first_length` (m) to zero in `closing_time` (s).
   double first_length = 0, closing_time = 0;
-  double length_rate = 0;  // m/s, at the time set
+  double length_rate = 0;  // m/s, at the time of set_time()
 };
 
-// Springs of the given ties or seams with at least one simulated end.
+// The springs of ties or seams that act on at least one dynamic particle.
 class TieSprings {
  public:
-  // `scene` must outlive the springs if an anchor moves.
+  // `scene` must outlive this object if an anchor moves.
   TieSprings(const Scene& scene, std::span<const Tie> ties);
   TieSprings(const Scene& scene, std::span<const Seam> seams);
 
@@ -40,11 +42,13 @@ class TieSprings {
   const MovingPoints& anchors() const { return anchors_; }
   // True if an anchor moves or a length changes.
   bool vary() const { return anchors_.move() || close_; }
-  // Gives anchors their places and springs their lengths. Called before the first use if they vary.
+  // Sets the positions of anchors and the lengths of springs at `now`. If vary(), it must be called
+  // before between(), load() and any use of the lengths.
   void set_time(const Instant& now);
-  // The vector between a spring's points, m.
+  // Returns the vector d of a spring, m.
   Vec3 between(const SpringEnds& spring, std::span<const Vec3> position) const;
-  // The sum of the springs' forces, N. Precondition: set_time() if they vary.
+  // Returns the sum over springs of the magnitude of the force, N. If vary(), set_time() must have
+  // been called before.
   double load(std::span<const Vec3> position) const;
 
  private:

@@ -1,4 +1,4 @@
-// Coefficients of stencils, constant or varying in time.
+// Coefficients of stencils that may vary in time.
 #pragma once
 
 #include <functional>
@@ -17,8 +17,8 @@ class VaryingNumbers {
  public:
   using Coefficient = std::function<double(const Instant&)>;
 
-  // Appends a run of `count` stencils. If the coefficient does not vary, it is evaluated once,
-  // here.
+  // Appends a run of `count` stencils. A coefficient that does not vary is evaluated here, and
+  // never again.
   void append(int count, bool varies, Coefficient coefficient) {
     varies_ |= varies;
     end_ += count;
@@ -31,8 +31,8 @@ class VaryingNumbers {
   }
 
   bool varies() const { return varies_; }
-  // Calls visit(first, last, coefficient) for the runs whose coefficient has changed since the last
-  // call. The run has the stencils first .. last - 1.
+  // Calls visit(first, last, coefficient) for each run whose coefficient has changed since the last
+  // call. The run consists of the stencils first .. last - 1.
   template <class Visit>
   void visit_changed(const Instant& now, const Visit& visit) {
     int first = 0;
@@ -51,8 +51,8 @@ class VaryingNumbers {
     visit_changed(now, [&](int, int, double) { changed = true; });
     if (changed) target = numbers();
   }
-  // Returns the coefficients of the last visit_changed() or update(). Varying coefficients are NaN
-  // before the first of these calls.
+  // Returns the coefficients at the time of the last visit_changed() or update(). Before the first
+  // call, varying coefficients are NaN.
   StencilNumbers numbers() const {
     StencilNumbers numbers;
     int first = 0;
@@ -65,7 +65,7 @@ class VaryingNumbers {
 
  private:
   struct Run {
-    int end = 0;  // one past its last stencil
+    int end = 0;  // one past the run's last stencil
     bool varies = false;
     Coefficient coefficient;
     double value = std::numeric_limits<double>::quiet_NaN();

@@ -18,8 +18,8 @@ class AcceptedStep {
   // Begins at t = 0 with the scene's initial state and no step. `dynamics` must outlive the object.
   explicit AcceptedStep(Dynamics& dynamics);
 
-  double time() const { return time_; }              // s, of the end
-  double start_time() const { return start_time_; }  // s
+  double time() const { return time_; }              // end of the step (s)
+  double start_time() const { return start_time_; }  // start of the step (s)
   std::span<const double> state() const { return state_; }
   std::span<const double> start_state() const { return other_state_; }
   // Returns the positions of all particles at time(); empty without contact.
@@ -28,7 +28,7 @@ class AcceptedStep {
   // begin_trial() to accept().
   bool has_start() const { return has_start_; }
 
-  // Begins a trial of the next step. Returns storage for the end state of the trial. It replaces
+  // Begins a trial of the next step. Returns the storage for its end state, which overwrites
   // start_state().
   std::span<double> begin_trial();
   // Computes the positions of all particles in the trial state `y` at `time` (s). Does nothing
@@ -43,7 +43,7 @@ class AcceptedStep {
 
   // Writes the positions and velocities of moving pins at time() to state().
   void place_pins() { dynamics_.place_pins(time_, state_); }
-  // Continues from the state `y` at `time` (s), and forgets the last step.
+  // Continues from the state `y` at `time` (s), without a last step.
   void restart(double time, std::span<const double> y);
 
   // Applies settle_frame() to `y`, the state interpolated at `time` within the step. Precondition:
@@ -59,11 +59,12 @@ class AcceptedStep {
   Dynamics& dynamics_;
   double time_ = 0, start_time_ = 0;
   bool has_start_ = false;
-  // other_state_ holds the state at the start or, from begin_trial() to accept(), the state of the
-  // trial.
+  // other_state_ holds the state at the start of the step. From begin_trial() to accept(), it holds
+  // the state of the trial instead.
   std::vector<double> state_, other_state_;
   std::vector<Vec3> positions_, start_positions_;
-  mutable std::vector<Vec3> trial_positions_, scratch_velocity_;  // scratch between steps
+  // Positions and velocities of the trial. settle() uses them as scratch.
+  mutable std::vector<Vec3> trial_positions_, scratch_velocity_;
 };
 
 }  // namespace weft::sim

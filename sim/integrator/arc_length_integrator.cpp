@@ -13,19 +13,25 @@ namespace weft::sim {
 
 namespace {
 
-constexpr int most_corrections = 12;       // per point of the path
-constexpr int wanted_corrections = 5;      // the arc grows if a point takes fewer
-constexpr double largest_change = 2;       // factor between successive arcs
-constexpr double default_largest_arc = 5;  // times the first arc
-constexpr double smallest_arc = 1e-6;      // times the first arc; shorter arcs end the run
-// A correction longer than this many arcs leads away from the path: the trial of the point ends.
+// Largest number of corrections per point of the path.
+constexpr int most_corrections = 12;
+// Number of corrections per point below which the arc grows.
+constexpr int wanted_corrections = 5;
+// Largest factor by which the arc grows or shrinks from one point to the next.
+constexpr double largest_change = 2;
+// Longest arc if the case sets none, as a multiple of the first arc.
+constexpr double default_largest_arc = 5;
+// Shortest arc, as a multiple of the first arc. Shorter arcs end the run.
+constexpr double smallest_arc = 1e-6;
+// A trial of a point ends if a correction moves a particle by more than this multiple of arc *
+// sqrt(number of free particles). Such a correction leads away from the path.
 constexpr double longest_correction = 5;
 
 // Follows the path of equilibria F(x) + lambda q(x) = 0 by points that lie one arc apart (Crisfield
 // 1981). The arc length is cylindrical: the RMS displacement of free particles. Each correction
 // solves the linearised equilibrium and the constraint on the arc length together, by two solves
-// with one factorisation. The predictor is the displacement per load factor, scaled to one
-// arc, with the sign for which its product with the last step is not negative.
+// with one factorisation. The predictor is the displacement per load factor, scaled to one arc,
+// with the sign that makes its product with the last step not negative.
 class ArcLengthIntegrator final : public OneStepIntegrator {
  public:
   ArcLengthIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -84,7 +90,7 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
       if (arc_ < smallest_arc * first_arc_) break;
     }
     set_factor(factor_);
-    end = time();  // leaves no shorter step to try
+    end = time();  // ends the run: a step of length 0 cannot be halved
     return trouble;
   }
 
@@ -106,8 +112,9 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
     return name_trouble();
   }
 
-  // Sets `y` to the last point, at rest; before the first point, to the equilibrium without loads
-  // if known. The path starts at the last positions.
+  // Sets `y` to the last point of the path, at rest. Before the first point, that is the
+  // equilibrium without loads or, if unknown, the initial state. path_ starts at the last accepted
+  // positions.
   void begin_trial(std::span<double> y) {
     const std::span<const double> from = start_.empty() || time() > 0 ? state() : start_;
     const auto half = static_cast<std::ptrdiff_t>(y.size() / 2);
@@ -116,8 +123,8 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
     path_.start(time(), positions());
   }
 
-  // Solves K by_load = q at `y`, with K at the present load factor. Returns false if the forces
-  // cannot be evaluated or K is singular.
+  // Solves K by_load_ = q at `y`, with the tangent K at the present load factor and the loads q of
+  // factor 1. Returns false if the forces cannot be evaluated or K is singular.
   bool find_load_direction(double time, std::span<const double> y) {
     return newton_.evaluate(time, y) && newton_.factorise(time, y) && solve_load(time, y);
   }
@@ -234,9 +241,9 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
   int free_ = 0;  // number of free particles
   double factor_ = 0, trial_factor_ = 0;
   double arc_ = 0, first_arc_ = 0, longest_arc_ = 0;  // m
-  std::vector<Vec3> direction_;                       // m, the last step; empty before it
-  std::vector<double> start_;                         // the equilibrium without loads
-  int negative_ = 0;                                  // of negative directions at the last point
+  std::vector<Vec3> direction_;  // displacements of the last step (m); empty before the first step
+  std::vector<double> start_;    // the equilibrium without loads; empty if unknown
+  int negative_ = 0;             // number of negative eigenvalues of the tangent
   bool has_ended_ = false, is_beginning_ = false;
   std::int64_t corrections_ = 0;
   std::vector<Vec3> load_, by_load_, by_residual_, step_;

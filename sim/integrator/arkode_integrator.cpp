@@ -19,21 +19,21 @@ namespace weft::sim {
 
 namespace {
 
-// Error control keeps the steps of the explicit method at `explicit_limit` / (fastest rate), a
-// measured limit. A step takes `explicit_stages` evaluations of the forces.
+// Product of step and fastest rate of the motion at which stability limits the explicit method, as
+// measured. `explicit_stages` is the number of force evaluations per step.
 constexpr double explicit_limit = 2.7;
 constexpr double explicit_stages = 6;
 
-// The cost of every `measured_steps` implicit steps is compared with that of explicit steps.
-// Implicit steps are tried again after `first_explicit_steps` explicit steps, then each time after
-// twice as many.
+// After every `measured_steps` implicit steps, their cost is compared with that of explicit steps.
+// Implicit steps are tried again after `first_explicit_steps` explicit steps; this number doubles
+// each time.
 constexpr std::int64_t measured_steps = 20;
 constexpr std::int64_t first_explicit_steps = 500;
 // Explicit steps take over if their predicted cost is below this fraction of the implicit cost. The
 // margin keeps the two methods from alternating.
 constexpr double worthwhile = 0.7;
-// While the last step exceeds this multiple of the mean step, steps are still growing from the
-// short first ones. Their cost then says nothing about later steps.
+// Steps are still growing from the short first ones if the last step exceeds this multiple of the
+// mean step. Their cost then says nothing about later steps.
 constexpr double growing = 1.5;
 
 class ArkodeIntegrator final : public OneStepIntegrator {
@@ -95,12 +95,12 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   N_Vector y_ = nullptr;
   SUNLinearSolver newton_solver_ = nullptr;
   bool implicit_ = true;
-  double arkode_time_ = 0;    // s, ARKODE's own time; if not time(), ARKODE is reset
+  double arkode_time_ = 0;    // time that ARKODE has reached (s); if not time(), ARKODE is reset
   IntegratorCounts earlier_;  // counts of solvers already destroyed
   std::optional<ContactFault> fault_in_step_;
   std::string decision_;
-  // Values at the last comparison with the other method. While steps are explicit, the next
-  // comparison follows after `explicit_steps_` steps.
+  // Accepted steps at the last comparison of the two methods, and the number of explicit steps
+  // until the next one.
   std::int64_t steps_at_comparison_ = 0, explicit_steps_ = first_explicit_steps;
   double work_at_comparison_ = 0, time_at_comparison_ = 0;
 };
@@ -159,8 +159,8 @@ void ArkodeIntegrator::set_implicit_options() {
   // Every step gets a new matrix (docs/decisions/0007).
   ARKStepSetLSetupFrequency(arkode_, 1);
   ARKStepSetEpsLin(arkode_, linear_tolerance_factor);
-  // The stage's rate is deduced from its solution. A new evaluation could fail, and ARKODE would
-  // end the run.
+  // ARKODE deduces the rate of a stage from its solution. If it evaluated the forces again, the
+  // evaluation could fail and end the run.
   ARKStepSetDeduceImplicitRhs(arkode_, SUNTRUE);
   // Stages start from the interpolant of the last step (docs/decisions/0014).
   ARKStepSetPredictorMethod(arkode_, 1);
@@ -181,7 +181,7 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
   }
   if (motions_limit_steps() && !set_stop_time(end)) return Trouble::unstable;
   fault_in_step_.reset();
-  // time() + 1 only gives ARKODE the direction: in this mode it returns after every step.
+  // In this mode ARKODE returns after every step. The argument time() + 1 only gives the direction.
   const int flag = ARKStepEvolve(arkode_, time() + 1, y_, &arkode_time_, ARK_ONE_STEP);
   if (flag < 0) return trouble_of(flag, end);
   end = arkode_time_;
@@ -191,8 +191,8 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
 }
 
 // Sets ARKODE's stop time to the latest end that motions allow. Returns false if no step is short
-// enough. ARKODE's next step may end after `end`, so the motion limits are asked for the later of
-// the two ends.
+// enough. ARKODE's own next step may end after `end`. The motion limits therefore apply to the
+// later of these two times.
 bool ArkodeIntegrator::set_stop_time(double end) {
   double next = 0;
   ARKStepGetCurrentStep(arkode_, &next);
@@ -205,8 +205,9 @@ bool ArkodeIntegrator::set_stop_time(double end) {
   return true;
 }
 
-// Names the trouble of a failed ARKODE step. If the forces could be evaluated, ARKODE has already
-// tried shorter steps. `end` then becomes time(), which leaves no shorter step to try.
+// Returns the trouble of a failed ARKODE step. If the forces could not be evaluated, `end` becomes
+// the end of ARKODE's last trial. Otherwise ARKODE has tried shorter steps itself. `end` then
+// becomes time(), which ends the run.
 OneStepIntegrator::Trouble ArkodeIntegrator::trouble_of(int flag, double& end) {
   arkode_time_ = std::numeric_limits<double>::quiet_NaN();
   set_fault(fault_in_step_);
@@ -222,12 +223,12 @@ OneStepIntegrator::Trouble ArkodeIntegrator::trouble_of(int flag, double& end) {
   return flag == ARK_CONV_FAILURE ? Trouble::not_converged : Trouble::error_too_large;
 }
 
-// Returns the work done so far, in the unit of work.h.
+// Returns the work done so far, in the unit of work_of().
 double ArkodeIntegrator::work() const { return work_of(dynamics(), counts().linear_iterations); }
 
 // Chooses between implicit and explicit steps. Explicit steps take over if their predicted cost is
-// well below the measured cost of implicit steps. While stability limits explicit steps, implicit
-// steps are tried again at growing intervals.
+// well below the measured cost of implicit steps. If stability limits explicit steps, implicit
+// steps are tried again after a number of steps that doubles each time.
 void ArkodeIntegrator::reconsider() {
   const std::int64_t steps = OneStepIntegrator::counts().steps - steps_at_comparison_;
   if (steps < (implicit_ ? measured_steps : explicit_steps_)) return;

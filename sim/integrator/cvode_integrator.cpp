@@ -24,22 +24,24 @@ namespace weft::sim {
 
 namespace {
 
-// Newton tolerance as a fraction of the error allowed in a step. The first is CVODE's default. The
-// tight one applies for `tight_steps` steps after errors that swing (find_swing).
+// Tolerance of the Newton iteration as a fraction of the error allowed in a step.
+// `newton_tolerance` is CVODE's default. `tight_newton_tolerance` applies for `tight_steps` steps
+// after find_swing() has found an alternating error.
 constexpr double newton_tolerance = 0.1, tight_newton_tolerance = 0.03;
 constexpr int tight_steps = 10;
-// The errors of two successive steps swing if the cosine of the angle between them is below this.
+// An error alternates if the cosine of the angle between the errors of two successive steps is
+// below this value.
 constexpr double swing_cosine = -0.95;
 
-// Largest number of steps that share a matrix. The number grows by one after `smooth_steps` smooth
-// steps and is halved after any other step (docs/decisions/0007). A smooth step takes at most
-// `smooth_iterations` Newton iterations without a failure of convergence.
+// Largest number of steps that share a matrix. The number in use grows by one after `smooth_steps`
+// smooth steps and is halved after a step that is not smooth (docs/decisions/0007). A smooth step
+// takes at most `smooth_iterations` Newton iterations without a failure of convergence.
 constexpr int longest_interval = 20;
 constexpr int smooth_steps = 5;
 constexpr int smooth_iterations = 3;
 
-// Largest number of times that contact may reject one step, which then becomes four times shorter.
-// Any sensible time.minimum_step is reached long before.
+// Largest number of times that contact may reject a step. Each rejection makes the step four times
+// shorter. Any sensible time.minimum_step is reached long before.
 constexpr int most_vetoes_of_a_step = 40;
 
 // Largest number of vetoes per window; more end the run.
@@ -82,14 +84,15 @@ struct CvodeIntegrator::Implementation {
   SUNContext context = nullptr;
   void* cvode = nullptr;
   N_Vector y = nullptr, work = nullptr;
-  // Local errors of the last two steps, multiplied by their weights.
+  // Local errors of the last two steps, multiplied by the error weights.
   N_Vector step_error = nullptr, previous_step_error = nullptr;
   SUNLinearSolver newton_solver = nullptr;
-  double time = 0;  // s, CVODE's own time
+  double time = 0;  // time that CVODE has reached (s)
   AcceptedStep accepted;
   std::int64_t vetoes = 0, restarts = 0;
-  IntegratorCounts earlier;                          // counts before CVODE was last reinitialised
-  int matrix_interval = 1, smooth_steps_so_far = 0;  // steps
+  IntegratorCounts earlier;  // counts before CVODE was last reinitialised
+  // Number of steps that share a matrix, and number of smooth steps since this number last changed.
+  int matrix_interval = 1, smooth_steps_so_far = 0;
   long iterations_before_step = 0, failures_before_step = 0;
   int tight_steps_left = 0;
   VetoWindow veto_window;
@@ -168,12 +171,12 @@ int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out
   auto fault = dynamics.rate(t, values(state), values(out));
   if (!fault) return 0;
   last_fault = fault;
-  return 1;  // recoverable: CVODE cuts the step
+  return 1;  // a recoverable error: CVODE shortens the step
 }
 
-// Assembles K and D anew even if CVODE offers to reuse the last ones with a new gamma
-// (docs/decisions/0007). The matrices are semi-definite, so that the Newton iteration also
-// converges for long steps, at which the exact matrix is indefinite (docs/decisions/0006).
+// Assembles the stiffness K and the damping D even if CVODE could reuse the last ones with a new
+// gamma (docs/decisions/0007). They are semi-definite: the Newton iteration then converges in long
+// steps, too, whose exact matrix is indefinite (docs/decisions/0006).
 int CvodeIntegrator::Implementation::assemble(double t, N_Vector state) {
   dynamics.assemble(t, values(state), Definiteness::semi_definite);
   return 0;
@@ -197,9 +200,9 @@ void CvodeIntegrator::Implementation::choose_matrix_interval() {
 }
 
 // Tightens the Newton iteration if the local error changes sign from step to step
-// (docs/decisions/0005). Such an error comes from the Newton iteration, since errors of smooth
-// motions are similar in successive steps and errors of stiff motions decay. A shorter step does
-// not reduce it.
+// (docs/decisions/0005). Such an error comes from the Newton iteration, and a shorter step does not
+// reduce it. Errors of smooth motions are similar in successive steps, and errors of stiff motions
+// decay.
 void CvodeIntegrator::Implementation::find_swing() {
   std::swap(step_error, previous_step_error);
   CVodeGetEstLocalErrors(cvode, step_error);
@@ -217,14 +220,15 @@ void CvodeIntegrator::Implementation::find_swing() {
 }
 
 // Tells CVODE the latest end of its next step. Restarts CVODE if a prescribed velocity or a curve
-// jumps at the start of that step, because the history is then invalid.
+// jumps at the start of that step, because its history is then invalid. Returns a failure if
+// motions allow no step.
 std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
   const double start = accepted.time();
   const bool jumps = start > 0 && motion_limits.jumps_at(start);
   if (jumps) begin_anew();
   dynamics.begin_step(start);
-  // CVODE would otherwise use the length of the first step at t = 0, which does not suit forces
-  // that jump.
+  // The first step after a jump needs its own length. CVODE would reuse that of the first step at t
+  // = 0.
   if (jumps && dynamics.varies())
     CVodeSetInitStep(cvode, first_step(dynamics, start, accepted.state()));
   double next = 0;
@@ -259,8 +263,8 @@ int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
   return 1;
 }
 
-// Accepts CVODE's state. Its positions are placed again, because it differs in the last bits from
-// the state that veto() checked.
+// Accepts CVODE's state. It differs in the last bits from the state that veto() checked, so the
+// positions are computed again.
 void CvodeIntegrator::Implementation::accept(double t) {
   const std::span<double> end = accepted.begin_trial();
   std::copy(values(y).begin(), values(y).end(), end.begin());
@@ -319,7 +323,7 @@ std::optional<Failure> CvodeIntegrator::step() {
   if (self.motion_limits.apply()) {
     if (auto failure = self.follow_motions()) return failure;
   }
-  // time + 1 only gives CVODE the direction: in this mode it returns after every step.
+  // In this mode CVODE returns after every step. The argument time + 1 only gives the direction.
   const int flag = CVode(self.cvode, self.time + 1, self.y, &self.time, CV_ONE_STEP);
   if (flag < 0) return self.failure(flag);
   self.accept(self.time);

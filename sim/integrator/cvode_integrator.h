@@ -11,10 +11,10 @@
 namespace weft::sim {
 
 // Integrates from t = 0 and the scene's initial state. Tolerances: position errors are divided by
-// position_tolerance (m), velocity errors by velocity_tolerance + relative_tolerance |v| (m/s).
-// Their root mean square over all components of all particles is at most 1 per step. The result
-// does not depend on the origin or the directions of the axes. Prescribed motions bound the steps
-// (motion_limits.h). The method restarts when a prescribed velocity or a curve jumps.
+// position_tolerance (m), velocity errors by velocity_tolerance + relative_tolerance |v| (m/s). The
+// root mean square of these quotients over all components of all particles is at most 1 per step.
+// The result does not depend on the origin or the directions of the axes. Prescribed motions limit
+// the steps (motion_limits.h). The method restarts when a prescribed velocity or a curve jumps.
 class CvodeIntegrator final : public Integrator {
  public:
   CvodeIntegrator(const Scene& scene, Dynamics& dynamics);

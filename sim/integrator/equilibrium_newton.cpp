@@ -9,18 +9,18 @@ namespace weft::sim {
 
 namespace {
 
-// Convergence limits: of the residual relative to the applied forces, and of the last correction
+// Limits of convergence: largest residual relative to the applied forces, and largest correction
 // relative to the size of the bodies.
 constexpr double residual_fraction = 1e-8, correction_fraction = 1e-8;
 // Largest number of iterations of an ordinary search and of a careful one.
 constexpr int most_iterations = 20, most_careful_iterations = 60;
-// After this number of iterations, an ordinary search diverges if a correction is longer than the
+// Number of iterations after which an ordinary search diverges if a correction is longer than the
 // first one.
 constexpr int trial_iterations = 7;
 // Longest correction as a fraction of the size of the bodies. Beyond it, an ordinary search
 // diverges and a careful search shortens the correction.
 constexpr double longest_correction = 1, longest_careful_correction = 0.2;
-constexpr double shortest_fraction = 1e-4;  // of a correction
+constexpr double shortest_fraction = 1e-4;  // smallest fraction of a correction that is tried
 
 }  // namespace
 
@@ -110,8 +110,8 @@ EquilibriumNewton::End EquilibriumNewton::solve(const Goal& goal, std::span<doub
   return End::diverged;
 }
 
-// Solves K way = residual; returns false if K is singular. A careful search replaces a K with
-// negative directions by the positive semi-definite one, if that is regular.
+// Solves K way = residual; returns false if K is singular. A careful search replaces a K that has
+// negative eigenvalues by the positive semi-definite matrix, if that is regular.
 bool EquilibriumNewton::find_way(const Goal& goal, std::span<const double> y) {
   ++iterations_;
   if (!factorise(goal.time, y)) return false;
@@ -124,9 +124,9 @@ bool EquilibriumNewton::find_way(const Goal& goal, std::span<const double> y) {
   return factors_.solve(residual_, way_);
 }
 
-// Moves `y` along the correction, halved until surfaces stay apart. A careful search also shortens
-// it until pull() at its end is at least -1/2 of pull() at its start. Returns the fraction taken,
-// or 0 if none is allowed.
+// Moves `y` along the correction, halved until surfaces stay apart and the forces can be evaluated.
+// A careful search also shortens it until pull() at its end is at least -1/2 of pull() at its
+// start. Returns the fraction taken, or 0 if none is allowed.
 double EquilibriumNewton::take_way(const Goal& goal, std::span<double> y, SafePath& path) {
   reached_.assign(y.begin(), y.end());
   const double start = pull();

@@ -32,9 +32,9 @@ class EulerIntegrator final : public StageIntegrator {
   }
 
   // Estimates the local error, h^2 y'' / 2, from the slopes of this step and the last one. In the
-  // first step and after an event of a prescribed motion, the slope at the start of the step
-  // replaces that of the last step. A long step at rest before the event would otherwise hide the
-  // change.
+  // first step, after a restart and after an event, the slope at the start of the step replaces
+  // that of the last step. Otherwise a long step at rest before the event would hide the change of
+  // the slope.
   Trouble test_error(double h, std::span<const double> y) {
     const bool begins_anew = last_step() == 0 || event_time_ == time();
     if (begins_anew && dynamics().rate(time(), state(), rate_)) return Trouble::surfaces;
@@ -60,8 +60,10 @@ class EulerIntegrator final : public StageIntegrator {
     StageIntegrator::forget();
   }
 
-  double event_time_ = -1;              // s, of the last event of a prescribed motion
-  std::vector<double> rate_;            // slope of the last step or, in test_error(), at the start
+  double event_time_ = -1;  // time of the last event or restart (s)
+  // Slope of the last step. test_error() may replace it by the slope at the start of the present
+  // step.
+  std::vector<double> rate_;
   std::vector<double> weight_, error_;  // empty with a fixed step
 };
 

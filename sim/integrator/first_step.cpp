@@ -10,7 +10,7 @@ namespace weft::sim {
 
 namespace {
 
-// Fraction of the tolerances that the error of the first step may reach.
+// Estimated local error of the first step, as a fraction of the tolerances.
 constexpr double error_share = 0.25;
 
 double weighted_norm(std::span<const double> values, std::span<const double> weights) {

@@ -1,5 +1,4 @@
-// The length of the first step of a run or after a restart. It depends only on the forces at the
-// start.
+// The length of the first step of a run, or of the first step after a restart.
 #pragma once
 
 #include <span>
@@ -8,18 +7,18 @@
 
 namespace weft::sim {
 
-// Upper bound of the first step, since a body at rest may soon meet another. A small bound costs
-// little: methods at once lengthen a first step that is a thousand times too short.
+// Upper bound of the first step: a body at rest may soon meet another. A small bound costs little,
+// because methods lengthen a short first step quickly.
 inline constexpr double longest_first_step = 1e-3;  // s
 
 // Returns the length (s) of the first step of a method with error control, from `time` (s) and the
-// state `y` (6 * particles). For Euler's method, this step h has a local error h^2 |y''| / 2 of a
-// quarter of the tolerances, in the norm of tolerances.h. The finite difference of two rates
-// estimates y''; the second rate is taken where y has changed by the tolerances along the first
-// (Hairer, Noersett, Wanner, Solving Ordinary Differential Equations I, II.4). The result lies
-// between minimum_step and longest_first_step. The result does not depend on the duration of the
-// run. Costs two evaluations of the forces, more if surfaces would touch. Returns minimum_step if
-// the forces cannot be evaluated; the step itself then reports the failure.
+// state `y` (6 * particles). Euler's method would have a local error h^2 |y''| / 2 of a quarter of
+// the tolerances in this step h, in the RMS norm of the weights of tolerances.h. The finite
+// difference of two rates estimates y''. For the second rate, y moves along the first rate by the
+// tolerances (Hairer, Noersett, Wanner, Solving Ordinary Differential Equations I, II.4). The
+// result lies between minimum_step and longest_first_step. Costs two evaluations of the forces, or
+// more if the second one fails. Returns minimum_step if the forces cannot be evaluated; the step
+// itself then reports the failure.
 double first_step(Dynamics& dynamics, double time, std::span<const double> y);
 
 }  // namespace weft::sim

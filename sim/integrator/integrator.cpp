@@ -17,7 +17,8 @@ struct MethodMaker {
 
 // The makers of the integrators, in the order of TimeMethod. A new method needs a name in
 // TimeMethod, a line in sim/case/time_methods.cpp, a line here, a declaration in
-// integrator_makers.h and a file of its own. is_in_order_of_methods() names the last method.
+// integrator_makers.h and a file of its own. is_in_order_of_methods() must name the last method of
+// TimeMethod.
 constexpr std::array makers{
     MethodMaker{TimeMethod::cvode, make_cvode_integrator},
     MethodMaker{TimeMethod::arkode, make_arkode_integrator},

@@ -18,7 +18,7 @@ namespace weft::sim {
 // A point on a path of equilibria.
 struct PathPoint {
   double load_factor = 1;       // factor of the applied loads
-  int negative_directions = 0;  // of the tangent stiffness; unstable if > 0
+  int negative_directions = 0;  // negative eigenvalues of the tangent stiffness; unstable if > 0
 };
 
 // Integrates from t = 0 and the scene's initial state. With contact on, every step is checked along
@@ -32,33 +32,36 @@ class Integrator {
 
   // Takes one step. On failure the state remains that of the last accepted step.
   [[nodiscard]] virtual std::optional<Failure> step() = 0;
-  virtual double time() const = 0;       // s, reached so far
-  virtual double last_step() const = 0;  // s
+  virtual double time() const = 0;       // time reached (s)
+  virtual double last_step() const = 0;  // length of the last step (s)
   virtual int last_order() const = 0;
-  virtual std::span<const double> state() const = 0;  // at time()
+  virtual std::span<const double> state() const = 0;  // positions and velocities at time()
   // Writes the state interpolated at `time` (s) within the last step; after a failed step only
-  // time() is allowed. With contact, if surfaces might touch on the path to the interpolated state,
-  // the linear interpolation of the step replaces it. Returns a failure if surfaces might touch on
-  // the path to that state too, with prescribed points at their places at `time`.
+  // time() is allowed. With contact, the straight path from the start of the step to this state is
+  // checked. If surfaces might touch on it, the linear interpolation between the ends of the step
+  // replaces the state. Returns a failure if surfaces might cross on the path to the replacement
+  // too.
   [[nodiscard]] virtual std::optional<Failure> state_at(double time, std::span<double> y) const = 0;
   virtual IntegratorCounts counts() const = 0;
   // Continues from the state `y` at `time`, without the method's history. Until the next step,
   // state_at() allows only `time`.
   virtual void restart(double time, std::span<const double> y) = 0;
-  // Writes or reads all data that determine the bits of later steps. Methods whose history another
-  // library keeps do nothing and return false.
+  // Writes or reads all data that determine the bits of later steps. The default, for methods whose
+  // history another library keeps, does nothing and returns false.
   [[nodiscard]] virtual bool transfer(StateArchive& /*archive*/) { return false; }
-  // Sets a function that one-step methods call between the trials of a step, since a step may take
-  // many trials. If it returns a failure, step() fails with it. May be empty.
+  // A function that one-step methods call between the trials of a step, because a step may take
+  // many trials. If it returns a failure, step() fails with that failure. An empty function never
+  // stops a step.
   using ReasonToStop = std::function<std::optional<Failure>()>;
   void set_reason_to_stop(ReasonToStop reason) { reason_to_stop_ = std::move(reason); }
-  // Describes the choices that the method has made by itself so far; empty if it makes none.
+  // Describes the choices that the method has made by itself so far. The text is empty if it makes
+  // none.
   virtual std::string decision() const { return {}; }
   // True if the run has reached an end that the case sets before time.duration, such as the largest
   // load factor of a path.
   virtual bool has_ended() const { return false; }
-  // Returns the point of the path at time(), or nothing for methods that do not factorise the
-  // tangent stiffness.
+  // Returns the point at time() on the path of equilibria. Returns nothing for methods that do not
+  // factorise the tangent stiffness.
   virtual std::optional<PathPoint> path_point() const { return std::nullopt; }
 
  protected:
@@ -70,11 +73,12 @@ class Integrator {
   ReasonToStop reason_to_stop_;
 };
 
-// Returns the failure of a frame at `time` (s) that cannot keep surfaces apart because of `fault`.
+// Returns the failure of a frame at `time` (s) in which surfaces cannot be kept apart because of
+// `fault`.
 Failure frame_failure(const Scene& scene, const ContactFault& fault, double time);
 
-// Returns the integrator of `time.method`, from the table of integrator.cpp (one line per method).
-// Both arguments must outlive it.
+// Returns the integrator of `time.method`, from the table in integrator.cpp. `scene` and `dynamics`
+// must outlive the integrator.
 std::unique_ptr<Integrator> make_integrator(const Scene& scene, Dynamics& dynamics);
 
 }  // namespace weft::sim

@@ -13,7 +13,7 @@ struct Content {
   Dynamics& dynamics;
   VelocitySystem system;
   NewtonHooks hooks;
-  // SUNDIALS passes the state at a setup only to the preconditioner's setup function.
+  // The preconditioner's setup function: SUNDIALS passes the present state only to it.
   SUNPSetupFn setup = nullptr;
   void* setup_data = nullptr;
   N_Vector weight = nullptr;

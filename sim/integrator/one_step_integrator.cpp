@@ -10,18 +10,18 @@ namespace weft::sim {
 
 namespace {
 
-// Largest number of successful steps of one length before twice the length is tried again. A failed
-// step costs more than several successful ones.
+// Largest number of successful steps of one length that a step of twice the length may require. A
+// failed step costs more than several successful ones.
 constexpr int longest_patience = 16;
 
-// Largest growth of a chosen length per accepted step after surfaces blocked a step. The error test
-// would double it at once, while the surfaces are still close.
+// After a veto, the bound of chosen steps grows by this factor per accepted step. The error test
+// alone would allow growth at once, while the surfaces are still close.
 constexpr double growth_after_veto = 1.2;
 
-// Largest number of vetoes per window; more end the run. With steps of given length, more than
-// `many_vetoes` also end it if the window advanced by less than two steps. If motions limit steps,
-// twice the mean of the longest allowed steps counts instead of two steps.
-constexpr int most_vetoes = 100, many_vetoes = 8;
+// More than `most_vetoes_per_window` vetoes in a window end the run. On a grid, more than
+// `many_vetoes` end it too if the steps of the window add up to less than two grid steps. If
+// motions limit steps, they must add up to less than twice the mean of the longest allowed steps.
+constexpr int most_vetoes_per_window = 100, many_vetoes = 8;
 
 // True if it is a state or path that is refused, whatever its error.
 bool is_veto(StepTrouble trouble) {
@@ -54,7 +54,7 @@ std::optional<double> OneStepIntegrator::latest_end(double wanted) {
   return end;
 }
 
-// Returns the end of the next trial (s), or nothing if motions leave no room for a step.
+// Returns the end of the next trial (s), or nothing if motions allow no step.
 std::optional<double> OneStepIntegrator::next_time() {
   const double wanted = wanted_time();
   if (!motion_limits_.apply()) return wanted;
@@ -72,7 +72,7 @@ double OneStepIntegrator::wanted_time() const {
     return time() + (longest ? std::min(size, *longest) : size);
   }
   const double grid = grid_time();
-  // A trial extends to the next time of the grid if it would otherwise leave less than half a step.
+  // A trial extends to the next grid time if less than half its own length would remain.
   return time() + 1.5 * size_ > grid ? grid : time() + size_;
 }
 
@@ -166,7 +166,7 @@ std::optional<Failure> OneStepIntegrator::too_many_vetoes() {
   window_allowed_ = 0;
   window_start_ = time();
   const bool is_too_slow = is_fixed() && *recent > many_vetoes && advance < enough;
-  if (!is_too_slow && *recent <= most_vetoes) return std::nullopt;
+  if (!is_too_slow && *recent <= most_vetoes_per_window) return std::nullopt;
   return veto_window_.failure(
       *recent, time(), "time.step is too long or contact.stiffness too small for this impact",
       scene_);
@@ -175,7 +175,7 @@ std::optional<Failure> OneStepIntegrator::too_many_vetoes() {
 void OneStepIntegrator::restart(double time, std::span<const double> y) {
   accepted_.restart(time, y);
   if (step_) {
-    // The times of the grid do not change. The next one is at least a minimum step away.
+    // The times of the grid do not change. The next one is more than a minimum step away.
     const double share = (time + scene_.source.time.minimum_step) / *step_;
     completed_steps_ = static_cast<std::int64_t>(std::floor(share));
   }

@@ -1,5 +1,5 @@
-// Base of the one-step methods. Steps lie on a grid or have a chosen length. They are shortened
-// until they succeed and surfaces stay apart. States within a step are interpolated.
+// Base of the one-step methods. Steps end on a grid of times, or the method chooses their lengths.
+// A step is shortened until it succeeds and surfaces stay apart.
 #pragma once
 
 #include <limits>
@@ -20,8 +20,9 @@ namespace weft::sim {
 // successes required before the next doubling doubles, up to 16.
 //
 // Without `time.step`, the method chooses the length of the next step. Moving pins or obstacles may
-// end either kind of step earlier (motion_limits.h); on a grid, the following step leads to the
-// next multiple. More than 100 cuts to keep surfaces apart within 200 accepted steps end the run.
+// end any step earlier (motion_limits.h). On a grid, the step after it ends at the next multiple.
+// More than 100 cuts to keep surfaces apart within 200 accepted steps end the run. A run on a grid
+// may end after fewer (one_step_integrator.cpp).
 class OneStepIntegrator : public Integrator {
  public:
   OneStepIntegrator(const Scene& scene, Dynamics& dynamics);
@@ -30,8 +31,8 @@ class OneStepIntegrator : public Integrator {
   double time() const final { return accepted_.time(); }
   double last_step() const final { return accepted_.time() - accepted_.start_time(); }
   std::span<const double> state() const final { return accepted_.state(); }
-  // Interpolates positions by the cubic through positions and velocities at both ends, and
-  // velocities by its derivative.
+  // Interpolates positions by the cubic that matches positions and velocities at both ends of the
+  // step, and velocities by its derivative.
   [[nodiscard]] std::optional<Failure> state_at(double time, std::span<double> y) const override;
   IntegratorCounts counts() const override { return counts_; }
   void restart(double time, std::span<const double> y) final;
@@ -39,14 +40,14 @@ class OneStepIntegrator : public Integrator {
  protected:
   using Trouble = StepTrouble;
   // Tries a step from time() and state() to `end` and stores its end state in `y`. A method without
-  // a fixed step may end the step at another time, which it writes to `end`. On trouble, it may
-  // name the cause by set_fault() or set_place().
+  // a fixed step may end the step at another time, which it writes to `end`. On trouble, the method
+  // may name the cause by set_fault() or set_place().
   virtual Trouble attempt(double& end, std::span<double> y) = 0;
   // True if attempt() itself checks its path, which need not be straight.
   virtual bool checks_its_own_path() const { return false; }
-  // Called when a prescribed motion starts, stops or passes a keyframe at time(), or a curve has a
-  // corner there. Slopes of earlier steps do not extrapolate beyond time(). If a velocity or a
-  // curve `jumps`, earlier states do not either.
+  // Called when an accepted step ends at an event (MotionLimits::next_event()). Slopes of earlier
+  // steps do not extrapolate beyond time(). If a velocity or a curve `jumps`, earlier states do not
+  // extrapolate either.
   virtual void pass_event(bool /*jumps*/) {}
   // Called after restart() has replaced the state: discards data of earlier steps.
   virtual void forget() {}
@@ -57,7 +58,7 @@ class OneStepIntegrator : public Integrator {
 
   // Returns the shortest length (s) to which a failed step may be cut.
   virtual double shortest_step() const { return scene_.source.time.minimum_step; }
-  // Returns the failure of a step that cannot be cut further after this trouble.
+  // Returns the failure of a run whose shortest step fails by `trouble`.
   virtual Failure final_failure(Trouble trouble) const;
 
   bool is_fixed() const { return step_.has_value(); }
@@ -67,8 +68,8 @@ class OneStepIntegrator : public Integrator {
   const std::optional<ContactFault>& fault() const { return fault_; }
   void set_place(int particle) { place_ = particle; }
   int place() const { return place_; }
-  // Asks for a reason to stop, for use between the parts of a long trial. If this returns true, the
-  // trial must end with any Trouble; step() then fails with the reason.
+  // Asks for a reason to stop, between the parts of a long trial. If it returns true, the trial
+  // must return a Trouble other than `none`. step() then fails with the reason.
   bool should_stop() {
     if (!stopped_) stopped_ = reason_to_stop();
     return stopped_.has_value();
@@ -99,20 +100,22 @@ class OneStepIntegrator : public Integrator {
   const Scene& scene_;
   Dynamics& dynamics_;
   MotionLimits motion_limits_;
-  std::optional<double> step_;  // s, of the grid; empty if the method chooses the length
+  std::optional<double> step_;  // length of a grid step (s); empty: the method chooses
   AcceptedStep accepted_;
-  double size_ = 0;                                                      // s, of the next trial
-  double longest_after_veto_ = std::numeric_limits<double>::infinity();  // s, of chosen steps
-  std::int64_t completed_steps_ = 0;                                     // on the grid
-  int successes_ = 0, patience_ = 1;  // successes at a length, and number required to double it
+  double size_ = 0;  // length of the next trial (s)
+  // Bound (s) of chosen steps after a veto.
+  double longest_after_veto_ = std::numeric_limits<double>::infinity();
+  std::int64_t completed_steps_ = 0;  // number of grid steps completed
+  // Number of successful steps of one length, and number required to double the length.
+  int successes_ = 0, patience_ = 1;
   IntegratorCounts counts_;
   std::optional<ContactFault> fault_;
   VetoWindow veto_window_;
-  double window_start_ = 0;    // s
-  double window_allowed_ = 0;  // s, sum of allowed_ over the steps of the window
-  double allowed_ = 0;         // s, longest step that motions allow now
+  double window_start_ = 0;    // start of the present veto window (s)
+  double window_allowed_ = 0;  // sum of allowed_ over the steps of the window (s)
+  double allowed_ = 0;         // longest step that motions allow now (s)
   int place_ = -1;
-  std::optional<Failure> stopped_;  // the reason that ends the present step
+  std::optional<Failure> stopped_;  // reason why the present step must end
 };
 
 }  // namespace weft::sim

@@ -13,20 +13,21 @@ namespace {
 
 // Shortest step as a fraction of the time between frames.
 constexpr double shortest_increment = 1.0 / 1024;
-// A first step of at most this fraction of the time between frames may also use a homotopy or a
-// relaxation.
+// Longest first step that may use a homotopy or a relaxation, as a fraction of the time between
+// frames.
 constexpr double increment_of_first = 1.0 / 16;
-// Fraction of the initial imbalance that one step of a homotopy removes: the first and the
-// smallest.
+// Fractions of the initial imbalance that a step of a homotopy removes: its first step, and the
+// smallest step tried.
 constexpr double first_homotopy_step = 0.25, least_homotopy_step = 1.0 / 256;
 // Longest extrapolation of the last step, in lengths of that step.
 constexpr double longest_extrapolation = 2.5;
 // An equilibrium is on another branch if a particle moves more than `farthest_stray` times as far
 // as expected. The expected distance is that of the extrapolated last step plus `least_stray` times
-// the size of the bodies. Near a limit point, steps of equal load grow by a factor of 2.4.
+// the size of the bodies. Near a limit point, the displacements of equal load steps grow by a
+// factor of up to 2.4.
 constexpr double farthest_stray = 4, least_stray = 1e-3;
 
-// Finds the equilibrium at each time by Newton's method from the previous equilibrium.
+// Finds one equilibrium per time, by Newton's method from the previous equilibrium.
 class QuasiStaticIntegrator final : public OneStepIntegrator {
  public:
   QuasiStaticIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -74,7 +75,7 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
 
   Trouble attempt(double& end, std::span<double> y) override {
     note_last_step();
-    dynamics().set_hardness(1);  // a blocked relaxation leaves bodies softened
+    dynamics().set_hardness(1);  // a blocked relaxation may have softened bodies
     newton_.forget_signs();
     set_fault({});
     End found = End::diverged;
@@ -95,7 +96,7 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
   }
 
   // True if an equilibrium was reached through unstable states and lies far from the extrapolated
-  // last step. It is then on another branch, beyond a limit point.
+  // last step. It then lies on another branch, beyond a limit point.
   bool is_elsewhere(double end, std::span<const double> y) const {
     if (earlier_.empty()) return false;
     if (newton_.most_negative_directions() <= std::max(negative_, newton_.negative_directions()))
@@ -150,8 +151,8 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return false;
   }
 
-  // Extrapolates the last two equilibria. Without two equilibria, or if that is too far, calls
-  // follow_pins().
+  // Extrapolates the last two equilibria. If two equilibria are not known, or `end` is too far
+  // away, calls follow_pins().
   bool predict(double end, std::span<double> y) {
     const double last = known_time_ - earlier_time_, now = end - known_time_;
     if (earlier_.empty() || now > longest_extrapolation * last) return follow_pins(end, y);
@@ -159,8 +160,8 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return true;
   }
 
-  // Moves free particles as the tangent at the last equilibrium predicts for the displacements of
-  // pins until `end`. Returns false if no pin moves or the tangent is singular.
+  // Moves free particles by the prediction of the tangent at the last equilibrium, for the
+  // displacements of pins until `end`. Returns false if no pin moves or there is no prediction.
   bool follow_pins(double end, std::span<double> y) {
     if (!dynamics().pins_move()) return false;
     scratch_.assign(state().begin(), state().end());
@@ -180,7 +181,7 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return true;
   }
 
-  // Searches for a first equilibrium, or for one beyond a limit point, far from the last state.
+  // Searches far from the last state, for the first equilibrium or for one beyond a limit point.
   bool search_elsewhere(double end, std::span<double> y) {
     const double frame = 1 / scene().source.time.frames_per_second;
     const double longest =
@@ -203,8 +204,8 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return false;
   }
 
-  // Searches for the first equilibrium by a homotopy that removes the imbalance of the start in
-  // steps.
+  // Searches for the first equilibrium by a homotopy, which removes the imbalance of the start step
+  // by step.
   bool remove_imbalance(double end, std::span<double> y) {
     if (!begin_search(end, true, y)) return false;
     newton_.keep({});
@@ -255,11 +256,11 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
   EquilibriumNewton newton_;
   Relaxation relaxation_;
   SafePath path_;
-  bool found_first_ = false;                  // true once an equilibrium is known
-  bool is_singular_ = false;                  // true if the last search met a singular tangent
-  int negative_ = 0;                          // negative directions at the last equilibrium
-  int weakest_ = -1;                          // weakest particle of the last search
-  double known_time_ = 0, earlier_time_ = 0;  // s
+  bool found_first_ = false;  // true once an equilibrium is known
+  bool is_singular_ = false;  // true if the last search ended at a singular tangent
+  int negative_ = 0;          // negative eigenvalues of the tangent at the last equilibrium
+  int weakest_ = -1;          // particle at which the last tangent is weakest
+  double known_time_ = 0, earlier_time_ = 0;  // times of known_ and earlier_ (s)
   std::vector<double> known_, earlier_;       // the last two equilibria; empty: unknown
   std::vector<double> scratch_;
   std::vector<Vec3> product_, way_;

@@ -12,28 +12,32 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double first_pseudo_step = 0.05;     // s; cloth swings in some tenths of a second
+// First pseudo-step (s). Hanging cloth swings with periods of some tenths of a second.
+constexpr double first_pseudo_step = 0.05;
 constexpr double longest_pseudo_step = 1e4;    // s
 constexpr double shortest_pseudo_step = 1e-6;  // s
-constexpr double newton_step = 1;  // s; from this length on, corrections measure the distance left
-constexpr double growth = 5;       // after a step that was not shortened
+// Pseudo-steps of at least this length (s) are close to Newton steps: their corrections measure the
+// distance from the equilibrium.
+constexpr double newton_step = 1;
+// Factor by which a pseudo-step grows after one whose correction was not shortened.
+constexpr double growth = 5;
 // Limit of pseudo-steps per load. It does not shrink with the load: under any load, hanging cloth
 // may have to rotate all the way towards gravity.
 constexpr int most_pseudo_steps = 600;
 // Limit of pseudo-steps at full stiffness before bodies are softened. A hanging sheet takes some 30
-// to 100; beyond that, its stiffness slows it down.
+// to 100 pseudo-steps. If it takes more, its stiffness slows the search.
 constexpr int patience = 100;
-// Residual acceleration at rest (mass-weighted RMS) as a fraction of the applied acceleration, at
-// full stiffness and with softened bodies.
-constexpr double residual_fraction = 1e-4, softened_fraction = 1e-2;
-// Softening starts at a stiffness of `softest` times the weight of the body per width. Each stage
-// multiplies it by `hardening`.
+// Largest residual acceleration at rest (mass-weighted RMS) as a fraction of the applied
+// acceleration: at full stiffness, and with softened bodies.
+constexpr double stiff_fraction = 1e-4, softened_fraction = 1e-2;
+// The softest bodies have a membrane stiffness (N/m) of `softest` times their weight per width.
+// Each later stage multiplies the stiffness by `hardening`.
 constexpr double softest = 100, hardening = 10;
 // Accuracy of the linear solve for a direction: relative error in the norm of the matrix.
 constexpr VelocitySystem::Goal linear_goal{.error = 1e-2,
                                            .scale = VelocitySystem::Goal::Scale::matrix};
-constexpr double shortest_fraction = 1e-6;  // of a step
-// Number of pseudo-steps from an indefinite exact matrix to the next trial of an exact one.
+constexpr double smallest_fraction = 1e-6;  // smallest fraction of a correction that is tried
+// Number of pseudo-steps after an indefinite exact matrix until the exact matrix is tried again.
 constexpr int exact_interval = 4;
 
 }  // namespace
@@ -67,7 +71,7 @@ int Relaxation::worst_particle() const { return sim::worst_particle(rate_, weigh
 // Relaxes the bodies at full stiffness. If the search is slow, it continues with softened bodies,
 // whose stiffness increases in stages to its full value. Slack stiff bodies rotate by a small angle
 // per pseudo-step, because straight paths stretch them. Softened bodies rotate by large angles.
-// Both reach one equilibrium, up to their stretch.
+// Softened and stiff bodies reach nearly the same equilibrium: it differs only by their stretch.
 Relaxation::End Relaxation::relax(const Goal& goal, std::span<double> y, SafePath& path) {
   goal_ = &goal;
   path_ = &path;
@@ -86,12 +90,13 @@ Relaxation::End Relaxation::relax(const Goal& goal, std::span<double> y, SafePat
   return end;
 }
 
-// Takes pseudo-steps until the forces balance, or the search has taken `most_steps` in all.
+// Takes pseudo-steps until the forces balance, or the search has taken `most_steps` of them in all
+// stages.
 Relaxation::End Relaxation::descend_at(double hardness, std::span<double> y, int most_steps) {
   dynamics_.set_hardness(hardness);
   fault_ = dynamics_.rate(goal_->time, y, rate_);
   if (fault_) return End::blocked;
-  const double fraction = hardness < 1 ? softened_fraction : residual_fraction;
+  const double fraction = hardness < 1 ? softened_fraction : stiff_fraction;
   while (pseudo_steps_ < most_steps && !goal_->should_stop()) {
     ++pseudo_steps_;
     fault_.reset();
@@ -108,8 +113,9 @@ Relaxation::End Relaxation::descend_at(double hardness, std::span<double> y, int
   return End::slow;
 }
 
-// Solves (M + h^2 K) dv = h F, dx = h dv. If conjugate gradients find the exact K indefinite, K
-// is made semi-definite, here and in the next pseudo-steps.
+// Computes the correction of one pseudo-step h: (M + h^2 K) dv = h F, dx = h dv. If conjugate
+// gradients find the exact K indefinite, a semi-definite K replaces it, in this and in the next
+// pseudo-steps.
 bool Relaxation::find_direction(std::span<const double> y) {
   ++newton_iterations_;
   const double h = pseudo_step_;
@@ -136,14 +142,14 @@ VelocitySystem::Outcome Relaxation::solve(std::span<const double> y, Definitenes
 }
 
 // Moves `y` along the correction, shortened until surfaces stay apart and pull() at its end is at
-// least -1/2 of pull() at its start. Returns the fraction taken. If none is accepted, returns 0,
-// and `y` and rate_ are those before the call. The test uses the work of the forces, not their
-// size. A straight path stretches a rotating body, and the forces of a stiff body grow long before
-// its energy does.
+// least -1/2 of pull() at its start. Returns the fraction taken. If no fraction is accepted,
+// returns 0 and restores `y` and rate_. The test uses the work of the forces, not their size. A
+// straight path stretches a rotating body, and the forces of a stiff body grow long before its
+// energy does.
 double Relaxation::take_correction(std::span<double> y) {
   std::copy(y.begin(), y.end(), reached_.begin());
   const double start = pull();
-  for (double fraction = 1; fraction > shortest_fraction;) {
+  for (double fraction = 1; fraction > smallest_fraction;) {
     for (std::size_t i = 0; i < y.size() / 2; ++i) y[i] = reached_[i] + fraction * correction_[i];
     fault_ = dynamics_.rate(goal_->time, y, rate_);
     const double now = fault_ ? 0 : pull();
@@ -177,8 +183,8 @@ bool Relaxation::path_is_safe(std::span<const double> y) {
   return !fault_;
 }
 
-// True if the residual forces are small enough. At full stiffness, the last Newton step must also
-// move no particle by more than time.position_tolerance.
+// True if the pseudo-step is long and the residual forces are small. At full stiffness, the last
+// correction must also move no particle by more than time.position_tolerance.
 bool Relaxation::is_at_rest(double fraction, bool softened) const {
   if (pseudo_step_ < (goal_->acceleration == 0 ? longest_pseudo_step : newton_step)) return false;
   if (!softened) {
@@ -195,8 +201,8 @@ bool Relaxation::is_at_rest(double fraction, bool softened) const {
   return std::sqrt(force / mass_) <= fraction * goal_->acceleration;
 }
 
-// Returns the factor of the stiffness, at most 1, at which the stiffest body would stretch by 1 %
-// under its own weight.
+// Returns the factor of the stiffness, at most 1, at which the stiffest membrane would stretch by 1
+// % under the weight that its mass has at goal_->acceleration.
 double Relaxation::least_hardness() const {
   double hardness = 1;
   for (int b = 0; b < scene_.dynamic_bodies; ++b) {

@@ -14,14 +14,14 @@
 
 namespace weft::sim {
 
-// Returns the root mean square (m/s^2), weighted by mass, of the accelerations that gravity and
-// loads at the present load factor would cause alone.
+// Returns the root mean square (m/s^2), weighted by mass, of the accelerations that full gravity
+// and the loads at their present factor would cause alone.
 double applied_acceleration(Dynamics& dynamics, double time, std::span<const double> y);
 
-// Finds a stable equilibrium that may be far away, as with slack cloth. A pseudo-step is one Newton
-// iteration of backward Euler from rest. Short pseudo-steps follow the forces. Long pseudo-steps
-// approach Newton's method for the equilibrium. If the search is slow, it continues with softened
-// bodies.
+// Finds a stable equilibrium that may be far from the start, as for slack cloth. A pseudo-step is
+// one Newton iteration of backward Euler from rest. Short pseudo-steps move particles along the
+// forces. Long pseudo-steps approach Newton's method for the equilibrium. If the search is slow, it
+// continues with softened bodies.
 class Relaxation {
  public:
   Relaxation(const Scene& scene, Dynamics& dynamics);
@@ -30,9 +30,9 @@ class Relaxation {
   // The target of a search.
   struct Goal {
     double time = 0;  // s
-    double acceleration =
-        0;  // m/s^2, by applied_acceleration(); it scales the limit for the residual
-    std::function<bool()> should_stop;  // ends the search
+    // Scale of the limit for the residual (m/s^2), from applied_acceleration().
+    double acceleration = 0;
+    std::function<bool()> should_stop;  // if it returns true, the search ends
   };
   // Relaxes the free particles of `y` (6 * particles doubles). Preconditions: the velocities are
   // zero, and `path` has started at the last accepted state. After End::blocked, fault() holds the
@@ -63,16 +63,16 @@ class Relaxation {
   const Scene& scene_;
   Dynamics& dynamics_;
   VelocitySystem system_;
-  const Goal* goal_ = nullptr;  // of the present search
+  const Goal* goal_ = nullptr;  // the goal of the present search
   SafePath* path_ = nullptr;
   std::optional<ContactFault> fault_;
-  double pseudo_step_ = 0;    // s
-  int pseudo_steps_ = 0;      // of the present search
-  int indefinite_steps_ = 0;  // pseudo-steps since an indefinite exact matrix; 0: none
+  double pseudo_step_ = 0;    // length of the present pseudo-step (s)
+  int pseudo_steps_ = 0;      // pseudo-steps taken in the present search
+  int indefinite_steps_ = 0;  // pseudo-steps since an indefinite matrix; 0: none
   std::int64_t newton_iterations_ = 0, linear_iterations_ = 0;
   std::vector<double> rate_, right_, correction_, reached_;
-  std::vector<double> weight_;  // all 1
-  double mass_ = 0;             // kg
+  std::vector<double> weight_;  // weights of the linear solves, all 1
+  double mass_ = 0;             // mass of all dynamic particles (kg)
 };
 
 }  // namespace weft::sim

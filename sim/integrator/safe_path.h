@@ -9,8 +9,8 @@
 
 namespace weft::sim {
 
-// Checks the path from iterate to iterate by Dynamics::check_path(), and its end if membranes have
-// a strain_limit. Without both, every path is safe.
+// Checks the path from each iterate to the next by Dynamics::check_path(), and the end of the path
+// if membranes have a strain_limit. Without contact and strain_limit, every path is safe.
 class SafePath {
  public:
   explicit SafePath(Dynamics& dynamics) : dynamics_(dynamics) {}
@@ -21,14 +21,14 @@ class SafePath {
     time_ = time;
     from_ = positions;
   }
-  // Extends the path to the state `y` at `time`. Returns the fault if surfaces might touch on the
-  // way there; the path then does not change.
+  // Extends the path to the state `y` at `time`. Returns a fault, and leaves the path unchanged, if
+  // surfaces might touch on the extension.
   [[nodiscard]] std::optional<ContactFault> move_to(double time, std::span<const double> y) {
     if (auto fault = dynamics_.check_limits(time, y)) return fault;
     if (dynamics_.contact() == nullptr) return std::nullopt;
     dynamics_.expand(time, y, to_, velocity_);
     if (auto fault = dynamics_.check_path(time_, from_, time, to_)) return fault;
-    time_ = time;  // the next call starts with prescribed points of `time`
+    time_ = time;  // prescribed points have reached `time`
     from_.swap(to_);
     return std::nullopt;
   }

@@ -11,18 +11,19 @@
 
 namespace weft::sim {
 
-// The accepted step within which a state is interpolated.
+// The ends of an accepted step.
 struct StepEnds {
-  std::span<const double> start, end;     // states
-  std::span<const Vec3> start_positions;  // of all particles; empty without contact
-  double start_time = 0;                  // s
+  std::span<const double> start, end;  // states at the start and at the end
+  // Positions (m) of all particles at the start. Empty without contact.
+  std::span<const Vec3> start_positions;
+  double start_time = 0;  // time of the start (s)
 };
 
-// Makes the state `y`, interpolated at `part` (0 to 1) of a step, safe if contact is on or
-// membranes have a strain_limit. If surfaces might touch on the path from the start of the step to
-// `y`, or if `y` exceeds a strain_limit, the linear interpolation of the step's ends replaces `y`.
-// Returns a failure if surfaces might cross on that path too, with prescribed points at their
-// places at `time`. `position` and `velocity` are scratch for all particles. Cost: one or two path
+// Checks the state `y`, interpolated at `time` (s) and at the fraction `part` (0 to 1) of a step.
+// Does nothing without contact and strain_limit. If surfaces might touch on the straight path from
+// the start of the step to `y`, or if `y` exceeds a strain_limit, the linear interpolation between
+// the step's ends replaces `y`. Returns a failure if surfaces might cross on the path to the
+// replacement. `position` and `velocity` are scratch for all particles. Cost: one or two path
 // checks.
 [[nodiscard]] std::optional<Failure> settle_frame(Dynamics& dynamics, double time, double part,
                                                   const StepEnds& step, std::span<double> y,

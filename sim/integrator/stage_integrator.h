@@ -25,8 +25,8 @@ class StageIntegrator : public OneStepIntegrator {
  protected:
   void forget() override { solver_.forget(); }
 
-  // Solves y - gamma f(t, y) = state(). With contact, surfaces stay apart on the path from
-  // positions().
+  // Solves y - gamma f(t, y) = state() by StageSolver::solve(), with positions() as the start of
+  // its paths.
   Trouble solve_stage(double t, double gamma, std::span<double> y) {
     const StageSolver::Outcome outcome = solver_.solve(t, gamma, state(), positions(), y);
     set_fault(solver_.fault());

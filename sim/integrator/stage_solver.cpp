@@ -22,33 +22,35 @@ namespace {
 // improve. A larger error takes more corrections.
 constexpr double linear_error = 3e-2;
 
-// Relative error allowed in the linear solves if the number of corrections is given, for a gamma of
-// at least `longest_gamma` (s). With a single correction, this error changes the error of steps of
-// 1/60 s by 1 to 5 % (docs/benchmarks.md). For a shorter gamma, the allowed error is proportional
-// to gamma: errors of short steps add up, and their sum must decrease with the step.
+// Relative error allowed in the linear solves if the number of corrections is given and gamma is at
+// least `longest_gamma` (s). With a single correction, this linear error changes the error of steps
+// of 1/60 s by 1 to 5 % (docs/benchmarks.md). For a shorter gamma, the allowed error is
+// proportional to gamma: errors of short steps add up, and their sum must decrease with the step.
 constexpr double linear_error_by_number = 0.1, longest_gamma = 1.0 / 60;
 
-// Largest residual velocity of a particle that a given number of corrections may leave, as a
-// fraction of the fastest velocity; the velocity tolerance is added. A larger residual requires
-// further corrections. Tested only with contact and prescribed motion. Fractions from 0.05 to 0.2
-// do not change which runs of the suite `moving` reach their end.
+// Largest residual velocity of a particle after a given number of corrections, as a fraction of the
+// fastest velocity. The velocity tolerance is added to it. A larger residual requires further
+// corrections. The limit applies only with contact and prescribed motion. Fractions from 0.05 to
+// 0.2 do not change which runs of the suite `moving` reach their end.
 constexpr double largest_driven_residual = 0.1;
 
-// Largest weighted component of the correction that ends the iteration.
+// Limit of convergence: the iteration ends once no weighted component of the last correction, or of
+// the residual, exceeds it.
 constexpr double largest_last_correction = 0.3;
 
-// KINSOL measures corrections relative to u + 1 / uscale. With this small scale, 1 / uscale
+// KINSOL measures corrections relative to |u| + 1 / uscale. With this small scale, 1 / uscale
 // dominates, and results do not depend on the origin.
 constexpr double scale_of_corrections = 1e-9;
 
-// Limit of corrections with a line search. A stage that takes more costs more than two stages of
-// half the step.
+// Limit of corrections with a line search. A stage that takes more of them costs more than two
+// stages of half the step.
 constexpr int largest_newton_count = 20;
 
-// Limit of full corrections. After this many, convergence is unlikely.
+// Limit of full corrections, and of the corrections that follow a given number. After 12 of them,
+// convergence is unlikely.
 constexpr int most_whole_corrections = 12;
 
-// Limit of the halvings of a correction. Beyond it, a shorter step is cheaper.
+// Limit of the number of times that a correction is halved. Beyond it, a shorter step is cheaper.
 constexpr int most_cuts = 8;
 
 bool all_finite(std::span<const double> y) {
@@ -91,23 +93,24 @@ struct StageSolver::Implementation {
   const Scene& scene;
   Dynamics& dynamics;
   int newton_count;
-  // Used instead of KINSOL and its eight vectors if the number of iterations is given.
+  // Replaces KINSOL and its linear solver if the number of iterations is given.
   std::optional<VelocitySystem> system;
   std::vector<double> right, solution, weight;
-  std::vector<double> slope;  // (y - a) / gamma of the last stage solved; empty with contact
+  std::vector<double> slope;  // (y - a) / gamma of the last stage; empty if unknown or with contact
   SUNContext context = nullptr;
   void* kinsol = nullptr;
   SUNLinearSolver newton_solver = nullptr;
   N_Vector u = nullptr, step_scale = nullptr, residual_scale = nullptr;
   std::int64_t newton_iterations = 0, linear_iterations = 0, linear_setups = 0;
 
-  // State of the present stage.
+  // The arguments of the present solve(): t (s), gamma (s), start of the step (s), `a` and `start`.
   double time = 0, gamma = 0, start_time = 0;
   std::span<const double> right_side;
   const std::vector<Vec3>* start = nullptr;
   bool definite = false, shortened = false;
   double kept_part = 1;  // fraction of the present correction that limit() kept
-  std::span<const double> linearised_at, last_residual;  // views of KINSOL's vectors
+  // Views of the state of the last assembly, and of the last residual.
+  std::span<const double> linearised_at, last_residual;
   std::vector<double> trial;
   std::vector<Vec3> position, velocity;
   std::optional<ContactFault> fault;
@@ -160,7 +163,7 @@ void StageSolver::Implementation::create() {
   KINSetFuncNormTol(kinsol, largest_last_correction);
 }
 
-// Computes the residual r at y. Returns 1 if the forces cannot be evaluated: KINSOL then halves the
+// Computes the residual r at y. Returns 1 if the forces cannot be evaluated. KINSOL then halves the
 // correction.
 int StageSolver::Implementation::residual(std::span<const double> y, std::span<double> r) {
   if (auto bad = dynamics.rate(time, y, r)) {
@@ -179,7 +182,8 @@ int StageSolver::Implementation::assemble(std::span<const double> state) {
   return 0;
 }
 
-// Assembles K and D for the next system, whose right side is minus the residual.
+// Assembles the stiffness K and the damping D for the next linear system. Its right-hand side is
+// minus the residual.
 void StageSolver::Implementation::assemble_joined() {
   dynamics.assemble_joined(time, linearised_at,
                            definite ? Definiteness::semi_definite : Definiteness::exact, gamma,
@@ -200,17 +204,18 @@ bool StageSolver::Implementation::path_is_safe(std::span<const double> state) {
   return !crossing;
 }
 
-// Guesses y = a + gamma times the slope of the last stage; the error is of second order in the
-// step. If steps are so short that this error is within the tolerance, one iteration suffices. A
-// start at `a` would be accepted after one iteration with an error of first order. With contact the
-// guess gains nothing: run times are within 20 % either way.
+// Sets `y` to the guess a + gamma times the slope of the last stage, whose error is of second order
+// in the step. If this error is within the tolerance, one iteration suffices. From `a` itself, the
+// iteration could end after one correction with an error of first order. With contact the iteration
+// starts at `a`, because the guess saves no time there.
 void StageSolver::Implementation::guess(std::span<double> y) {
   std::copy(right_side.begin(), right_side.end(), y.begin());
   for (std::size_t i = 0; i < slope.size(); ++i) y[i] += gamma * slope[i];
   if (dynamics.pins_move()) guess_pins(y);
 }
 
-// Sets the rows of pins to their solution, which depends on no other unknown.
+// Sets the positions and velocities of pins in `y` to their solution, which depends on no other
+// unknown.
 void StageSolver::Implementation::guess_pins(std::span<double> y) {
   const auto* const from = reinterpret_cast<const Vec3*>(right_side.data());
   auto* const to = reinterpret_cast<Vec3*>(y.data());
@@ -246,9 +251,9 @@ void StageSolver::Implementation::limit(std::span<double> correction) {
 
 // Computes the product of the Jacobian and the last correction, for KINSOL's line search. Since the
 // correction solves the linear system, the product is minus the residual, scaled like the
-// correction. A finite difference by KINSOL would displace particles by metres where corrections
-// are small. It would also cost one evaluation per correction, and fail if it moved surfaces into
-// each other.
+// correction. KINSOL would otherwise form a finite difference with displacements of metres, because
+// corrections are small. This would cost one evaluation of the forces per correction, and fail if
+// it moved surfaces into each other.
 int StageSolver::Implementation::multiply_correction(std::span<double> product) const {
   for (std::size_t i = 0; i < product.size(); ++i) product[i] = -kept_part * last_residual[i];
   return 0;
@@ -259,7 +264,7 @@ StageSolver::Outcome StageSolver::Implementation::outcome(int flag) const {
     case KIN_SUCCESS:
     case KIN_INITIAL_GUESS_OK:
       return Outcome::solved;
-    case KIN_STEP_LT_STPTOL:  // a correction that is small because it was cut solves nothing
+    case KIN_STEP_LT_STPTOL:  // a cut correction may be short far from the solution
       return shortened ? Outcome::blocked : Outcome::solved;
     case KIN_MAXITER_REACHED:
       return shortened ? Outcome::blocked : Outcome::not_converged;
@@ -272,13 +277,13 @@ StageSolver::Outcome StageSolver::Implementation::outcome(int flag) const {
   }
 }
 
-// Runs KINSOL from `u`.
+// Runs KINSOL from the start `u`, which receives the solution.
 StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most_iterations) {
   KINSetNumMaxIters(kinsol, most_iterations);
   int flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
   const bool is_good_guess = flag == KIN_INITIAL_GUESS_OK;
   if (is_good_guess) {
-    // Forces one correction: even a small residual of the guess would add up over many short steps.
+    // One correction is always made: small residuals of guesses would add up over many short steps.
     KINSetFuncNormTol(kinsol, std::numeric_limits<double>::min());
     flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
     KINSetFuncNormTol(kinsol, largest_last_correction);
@@ -291,7 +296,7 @@ StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most
   return is_good_guess && shortened ? Outcome::solved : outcome(flag);
 }
 
-// Returns true if a prescribed motion has begun.
+// Returns true if a prescribed motion has moved particles since t = 0.
 bool StageSolver::Implementation::is_driven() const {
   return std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
                      [&](const PrescribedMotion& held) {
@@ -312,8 +317,8 @@ bool StageSolver::Implementation::leaves_small_residual(std::span<const double> 
 }
 
 // Applies the given number of corrections to `y`. With contact and prescribed motion, further
-// corrections follow until the residual is small. A single correction moves cloth only part of the
-// way out of a barrier into which an obstacle moves by its full step. The gap would shrink with
+// corrections follow until the residual is small. A single correction moves cloth only partly out
+// of the barrier of an obstacle that has moved by its full step. The gap would then shrink with
 // every step until it vanishes.
 StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<double> y) {
   const int count = static_cast<int>(y.size());
@@ -321,8 +326,8 @@ StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<do
   const bool is_judged = dynamics.contact() != nullptr && is_driven();
   for (int corrections = 0;; ++corrections) {
     const bool is_enough = corrections >= newton_count;
-    // With contact, the forces at the end are evaluated, too: they reveal surfaces that the last
-    // correction moved into each other.
+    // With contact, the forces after the last correction are evaluated, too. They reveal surfaces
+    // that this correction moved into each other.
     if (is_enough && dynamics.contact() == nullptr && all_finite(y)) return Outcome::solved;
     if (residual(y, right) != 0) return Outcome::blocked;
     if (is_enough && (!is_judged || leaves_small_residual(right))) return Outcome::solved;
@@ -373,8 +378,8 @@ StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const 
   N_VScale(scale_of_corrections, self.residual_scale, self.step_scale);
   self.guess(u);
   // Full corrections come first. Stiff cloth rotates along straight lines: one correction stretches
-  // it, the next pulls it back. The residual in between is far larger, and a line search would
-  // barely move.
+  // it, and the next one pulls it back. The residual between the two is far larger, so a line
+  // search would allow only tiny corrections.
   Outcome outcome = self.iterate(KIN_NONE, most_whole_corrections);
   if (outcome == Outcome::not_converged) {
     std::copy(a.begin(), a.end(), u.begin());

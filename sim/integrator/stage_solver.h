@@ -1,5 +1,6 @@
-// Solves one implicit stage, y - gamma f(t, y) = a. SUNDIALS KINSOL iterates until convergence. A
-// given number of iterations needs neither KINSOL nor its vectors.
+// Solves one implicit stage, y - gamma f(t, y) = a. SUNDIALS KINSOL iterates until convergence,
+// unless the number of iterations is given. A given number of iterations needs neither KINSOL nor
+// its vectors.
 #pragma once
 
 #include <memory>
@@ -11,44 +12,45 @@
 
 namespace weft::sim {
 
-// Newton's method, with newton_solver.h for the linear systems. Full corrections start from `a` or,
-// without contact, from a + gamma times the slope of the last stage. If they do not converge,
-// corrections with a line search on the residual start again from `a`.
+// Newton's method for the stage. newton_solver.h solves the linear systems. Full corrections start
+// from `a` or, without contact, from a + gamma times the slope of the last stage. If they do not
+// converge, corrections with a line search on the residual start again from `a`.
 //
 // Residuals and corrections are weighted by the tolerances of the case: positions by 1 /
 // position_tolerance, velocities by 1 / (velocity_tolerance + relative_tolerance |v|). The
-// iteration ends when no weighted component of the last correction, or of the residual it leaves,
+// iteration ends when no weighted component of the last correction, or of the residual after it,
 // exceeds 0.3. After the first direction of negative curvature, the rest of the stage uses positive
 // semi-definite matrices.
 //
-// With contact, a correction is halved until the straight path from the last accepted positions to
-// its end provably keeps surfaces apart. The line search stays on that path.
+// With contact, a correction is halved, up to eight times, until the straight path from the last
+// accepted positions to its end provably keeps surfaces apart.
 class StageSolver {
  public:
-  // `newton_count` is the number of iterations; 0 means until convergence, with at most 12 full
-  // corrections and 20 with a line search. A given number starts at `a` and uses semi-definite
-  // matrices, without line search, convergence test or halving. With contact and prescribed motion,
-  // up to 12 more iterations follow until the residual velocities are small.
+  // `newton_count` is the number of iterations. 0 means until convergence, with at most 12 full
+  // corrections and 20 with a line search. A given number of iterations starts at `a` and uses
+  // semi-definite matrices, without line search, convergence test or halving. With contact and
+  // prescribed motion, up to 12 more iterations follow until the residual velocities are small.
   StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count);
   ~StageSolver();
   StageSolver(const StageSolver&) = delete;
   StageSolver& operator=(const StageSolver&) = delete;
 
-  enum class Outcome { solved, not_converged, blocked };  // blocked: by surfaces
+  // `blocked`: surfaces would touch, or the forces cannot be evaluated.
+  enum class Outcome { solved, not_converged, blocked };
   // Solves the stage with `gamma` (s) at time `t` (s). `a` is the last accepted state (6 *
   // particles), at the time given to Dynamics::begin_step(); `start` holds the positions (m) of all
   // particles at that time. On success `y` is the solution.
   Outcome solve(double t, double gamma, std::span<const double> a, const std::vector<Vec3>& start,
                 std::span<double> y);
-  // Return the fault that blocked the last solve(), and the particle with the largest weighted
-  // residual velocity.
+  // Returns the fault that blocked the last solve(), or nothing.
   const std::optional<ContactFault>& fault() const;
+  // Returns the particle with the largest weighted residual velocity in the last solve().
   int worst_particle() const;
   // Discards the slope of the last stage.
   void forget();
   // Writes or reads all data that determine the bits of later solutions.
   void transfer(StateArchive& archive);
-  // Adds the numbers of Newton and linear iterations and of setups so far.
+  // Adds the numbers of Newton iterations, linear iterations and linear setups since construction.
   void add_counts(IntegratorCounts& counts) const;
 
  private:

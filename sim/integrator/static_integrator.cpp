@@ -60,7 +60,7 @@ class StaticIntegrator final : public OneStepIntegrator {
 
   Relaxation relaxation_;
   SafePath path_;
-  double acceleration_ = 0;  // m/s^2, under the full loads
+  double acceleration_ = 0;  // applied acceleration under the full loads (m/s^2)
 };
 
 }  // namespace

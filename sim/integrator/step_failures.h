@@ -23,21 +23,21 @@ enum class StepTrouble {
 // Returns the trouble that a fault of a state or a path is.
 StepTrouble trouble_of(const ContactFault& fault);
 
-// Time and place of a failure: a fault or, without one, a particle.
+// The time of a failure, and its cause: a contact fault or, without one, a particle.
 struct FailurePlace {
   double time = 0;  // s
   const std::optional<ContactFault>& fault;
-  // The particle with the largest error; if unstable, the fastest particle; for `static`, the
-  // particle farthest from balance. -1: unknown.
+  // The particle with the largest error; -1 if unknown. If the step is unstable, this is the
+  // fastest particle. In a search for an equilibrium, it is the particle farthest from balance.
   int particle = -1;
 };
 
-// Returns the failure "WHAT at t = TIME s: PLACE".
+// Returns a failure with the text "WHAT at t = TIME s: PLACE".
 Failure placed_failure(Failure::Kind kind, const std::string& what, const FailurePlace& place,
                        const Scene& scene);
 
 // Returns the failure of a step that fails by `trouble` at every length down to time.minimum_step.
-// For `static`, the text names loads instead of steps.
+// If the method finds equilibria, the text names loads instead of steps.
 Failure shortest_step_failure(StepTrouble trouble, const FailurePlace& place, const Scene& scene);
 
 }  // namespace weft::sim

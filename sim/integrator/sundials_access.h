@@ -1,4 +1,4 @@
-// Access to SUNDIALS' vectors and counters, for all integrators that use it.
+// Access to the vectors and counters of SUNDIALS.
 #pragma once
 
 #include <nvector/nvector_serial.h>

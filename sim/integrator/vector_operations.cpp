@@ -11,9 +11,9 @@ namespace weft::sim {
 
 namespace {
 
-// Number of threads of all kernels called from this thread. The last make_vector() sets it, since
-// SUNDIALS passes only vectors to kernels. Simulations in one thread may use the number of another,
-// which changes the cost but no bit.
+// Number of threads of all kernels called from this thread. Each make_vector() sets it, because
+// SUNDIALS passes only vectors to kernels. Simulations that alternate on one thread therefore share
+// the number set last. This number affects the cost but not the bits.
 thread_local int vector_threads = 1;
 
 double* data(N_Vector v) { return NV_DATA_S(v); }

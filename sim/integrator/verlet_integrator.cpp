@@ -13,15 +13,16 @@ namespace weft::sim {
 
 namespace {
 
-// Without a given step, the step is a chosen share of the longest stable step. It changes if its
-// present share exceeds `no_longer_safe`, or leaves the range of `too_short` to `too_long` times
-// the chosen share. Every change breaks the symmetry in time that conserves the energy.
+// Without a given step, the step is a chosen fraction of the longest stable step. It is chosen
+// again if it exceeds `no_longer_safe` of the longest stable step. It is also chosen again outside
+// the range of `too_short` to `too_long` times the chosen fraction. Otherwise it does not change,
+// because every change breaks the symmetry in time that conserves the energy.
 constexpr double too_long = 1.1, too_short = 0.7, no_longer_safe = 0.95;
-// Relative changes of the tracked frequency above which it is checked more often, and below which
-// it is checked less often.
+// Relative changes of the tracked frequency between two checks. Above `large_change`, the frequency
+// is checked twice as often; below `small_change`, half as often.
 constexpr double large_change = 0.02, small_change = 0.005;
-// Steps between two checks of shown_frequency(), while that is below `slow_share` of the highest
-// stable frequency.
+// Number of steps between two checks of shown_frequency(), if that is below `slow_share` of the
+// highest stable frequency.
 constexpr int steps_per_slow_check = 4;
 constexpr double slow_share = 0.1;
 
@@ -48,8 +49,8 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
 
  private:
-  // Refuses a given step h that is unstable; without one, chooses the step. A vibration of
-  // frequency omega grows if h omega > 2, a decay of rate d if h d > 2.
+  // Refuses a given step h that is unstable. Without a given step, chooses its length. A vibration
+  // of frequency omega is unstable if h omega > 2, and a decay of rate d if h d > 2.
   std::optional<Failure> refusal() override {
     const TimeCase& options = scene().source.time;
     if (options.step) return refuse_unstable(*options.step);
@@ -105,8 +106,8 @@ class VerletIntegrator final : public OneStepIntegrator {
     return Trouble::none;
   }
 
-  // Finds the acceleration at the start of a step. Reuses the one at the end of the last step, so
-  // that a step costs one evaluation of the forces.
+  // Finds the acceleration at the start of a step. Reuses the acceleration at the end of the last
+  // step: a step then costs one evaluation of the forces.
   Trouble find_start_acceleration() {
     if (start_ == time()) return Trouble::none;
     if (end_ == time()) {
@@ -120,7 +121,8 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
 
   // Adapts the step to the stiffness: stretched cloth vibrates faster. `y` is the state at the end
-  // of the step. A vibration that the tracker misses shows in the motion once it grows.
+  // of the step. A vibration that the tracker misses is found in the motion itself once it has
+  // grown.
   void follow_limit(double h, std::span<const double> y) {
     if (!tracker_) return;
     ++steps_;
@@ -133,16 +135,17 @@ class VerletIntegrator final : public OneStepIntegrator {
     }
   }
 
-  // Returns the frequency that the motion itself shows, as a share of the highest stable frequency.
-  // A low one is checked less often: an unstable vibration grows by a small factor per step and
-  // needs several steps to matter.
+  // Returns shown_frequency() as a fraction of the highest stable frequency. A low frequency is
+  // checked less often: an unstable vibration grows by a small factor per step and needs several
+  // steps to matter.
   double check_shown_frequency(double h) {
     const double share = shown_frequency(h) * chosen_step_ / 2;
     next_shown_check_ = steps_ + (share < slow_share ? steps_per_slow_check : 1);
     return share;
   }
 
-  // Updates the tracked frequency. The less it changes, the less often it is checked.
+  // Updates the tracked frequency. The smaller its change, the longer the time until the next
+  // check.
   void check_tracked_frequency(std::span<const double> y) {
     const double before = tracker_->frequency();
     tracker_->follow(end_, y, end_acceleration_);
@@ -162,8 +165,8 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
 
   // Returns the frequency (rad/s) from the Rayleigh quotient of the acceleration: a1 - 2 a + a_-1 =
-  // -h^2 M^-1 K a. It never exceeds the highest frequency, and reaches it once an unstable
-  // vibration dominates the motion.
+  // -h^2 M^-1 K a. It never exceeds the highest frequency of the bodies. It reaches that frequency
+  // once an unstable vibration dominates the motion.
   double shown_frequency(double h) const {
     const VibrationProducts seen = dynamics().mass().vibration(
         before_acceleration_, start_acceleration_, end_acceleration_, dynamics().threads());
@@ -171,8 +174,8 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
 
   void forget() override { start_ = end_ = -1; }
-  // After a jump of a curve, the acceleration at the end of the last step is not the one at the
-  // start of the next step. Differences across the jump show no vibration.
+  // After a jump of a curve, the acceleration at the start of the next step differs from the one at
+  // the end of the last step. Differences across the jump show no vibration.
   void pass_event(bool jumps) override {
     if (!dynamics().varies()) return;
     if (jumps) {
@@ -185,8 +188,8 @@ class VerletIntegrator final : public OneStepIntegrator {
     propose(chosen_step_);
   }
 
-  // Estimates the decay, and returns the fastest rate (1/s) at time(). Until the next corner of a
-  // curve, damping is strongest now or at that corner, so the decay is the larger of the two.
+  // Sets decay_ and stiff_place_, and returns the fastest rate (1/s). Until the next corner of a
+  // curve, damping is strongest now or at that corner, so decay_ is the larger of these two decays.
   double find_decay() {
     dynamics().begin_step(time());
     SpectralEstimate fastest = estimate_spectrum(dynamics(), time(), state());
@@ -208,17 +211,18 @@ class VerletIntegrator final : public OneStepIntegrator {
 
   bool needs_velocities_;  // true if forces depend on velocities
 
-  // State of runs without a given step.
-  double share_ = 0;        // chosen share of the longest stable step
-  double chosen_step_ = 0;  // s
-  double decay_ = 0;        // 1/s, by find_decay()
-  int stiff_place_ = -1;    // moves most in the fastest mode; by find_decay()
+  double share_ = 0;        // chosen fraction of the longest stable step
+  double chosen_step_ = 0;  // length (s) of chosen steps
+  double decay_ = 0;        // fastest decay (1/s), from find_decay()
+  int stiff_place_ = -1;    // particle that moves most in the fastest motion, from find_decay()
   std::optional<FrequencyTracker> tracker_;
   std::int64_t steps_ = 0, next_check_ = 1, next_shown_check_ = 0;
   int steps_per_check_ = 1;
 
-  double start_ = -1, end_ = -1;  // s: times of start_acceleration_ and end_acceleration_
-  std::vector<Vec3> before_acceleration_, start_acceleration_, end_acceleration_;  // of three times
+  double start_ = -1, end_ = -1;  // times (s) of start_acceleration_ and end_acceleration_
+  // Accelerations (m/s^2) at three successive times: the start of the last step, and both ends of
+  // the present one.
+  std::vector<Vec3> before_acceleration_, start_acceleration_, end_acceleration_;
 };
 
 }  // namespace

@@ -6,10 +6,10 @@
 
 namespace weft::sim {
 
-// The step as a fraction of the longest stable step. At the default relative_tolerance it is a
-// fifth, which keeps the energy of an undamped sheet in chaotic motion within one percent. The
-// error is proportional to the square of the step. The fraction therefore grows with the square
-// root of the tolerance, up to `longest_verlet_share`.
+// Fraction of the longest stable step that verlet takes, at the default relative_tolerance. It
+// keeps the energy of an undamped sheet in chaotic motion within one percent. The error is
+// proportional to the square of the step. The fraction therefore grows with the square root of the
+// tolerance, up to `longest_verlet_share`.
 inline constexpr double default_verlet_share = 0.2, default_verlet_tolerance = 1e-4;
 inline constexpr double longest_verlet_share = 0.9;
 
@@ -23,12 +23,12 @@ inline double verlet_tolerance(double share) {
   return default_verlet_tolerance * ratio * ratio;
 }
 
-// Largest number of steps between two checks of the longest stable step. Each check costs one
+// Largest number of steps between two checks of the longest stable step. A check costs one
 // evaluation of the forces.
 inline constexpr int most_verlet_steps_per_check = 32;
 
-// Returns the number of force evaluations that verlet's longest steps take for `duration` (s).
-// `rate` (1/s) is the fastest vibration or decay; a step h is stable if h rate < 2.
+// Returns the number of force evaluations of verlet over `duration` (s), with the longest steps
+// that it takes. `rate` (1/s) is the fastest vibration or decay; a step h is stable if h rate < 2.
 inline double verlet_evaluations(double rate, double duration) {
   return (1 + 1.0 / most_verlet_steps_per_check) * duration * rate / (2 * longest_verlet_share);
 }

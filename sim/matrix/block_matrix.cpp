@@ -25,11 +25,11 @@ BlockPattern::BlockPattern(const std::vector<std::vector<int>>& neighbours) {
   find_mirrors();
 }
 
-// Numbers the mirror images of the blocks below the diagonal, row by row. Visiting rows in
-// ascending order meets the upper blocks of each row in ascending order, so one counter per row is
-// enough.
+// Finds the mirror image of every block below the diagonal. Rows are visited in ascending order.
+// The blocks that mirror one row's upper blocks are then met in ascending order, so one counter per
+// row is enough.
 void BlockPattern::find_mirrors() {
-  std::vector<int> next;  // next upper block to be mirrored, by row
+  std::vector<int> next;  // by row: the upper block whose mirror image is met next
   for (int row = 0; row < rows(); ++row) {
     for (int slot = row_start_[row]; slot < diagonal_slot_[row]; ++slot) {
       assert(next[column_[slot]] <

@@ -13,12 +13,13 @@
 namespace weft::sim {
 
 // The sparsity pattern: the pairs of coupled particles. Columns of a row are sorted; the diagonal
-// is always present. A block's slot is its index when blocks are counted row by row. Blocks on and
-// above the diagonal are called upper blocks and also have a numbering of their own.
+// is always present. All blocks are numbered row by row; this number is the block's slot. Blocks on
+// and above the diagonal are called upper blocks. They are also numbered among themselves, row by
+// row.
 class BlockPattern {
  public:
-  // `neighbours[i]` lists the particles coupled to i, in any order; repetitions are allowed. The
-  // lists must be symmetric: if j is in the list of i, i is in the list of j.
+  // `neighbours[i]` lists the particles coupled to particle i, in any order; repetitions are
+  // allowed. Precondition: if j is in the list of i, i is in the list of j.
   explicit BlockPattern(const std::vector<std::vector<int>>& neighbours);
 
   int rows() const { return static_cast<int>(row_start_.size()) - 1; }
@@ -34,25 +35,25 @@ class BlockPattern {
 
   int upper_count() const { return block_count() - static_cast<int>(mirror_.size()); }
   int upper_diagonal(int row) const { return upper_start_[row]; }
-  // Returns one past the last upper block of the row.
+  // Returns the number after that of the row's last upper block.
   int upper_end(int row) const {
     return upper_start_[row] + (row_start_[row + 1] - diagonal_slot_[row]);
   }
-  // Returns the upper block that gives the value at a slot of `row`: the block itself or, below the
-  // diagonal, its mirror image.
+  // Returns the number of the upper block at a slot of `row`. If the slot is below the diagonal,
+  // returns the number of the block's mirror image.
   int upper(int row, int slot) const {
     return slot >= diagonal_slot_[row] ? upper_start_[row] + (slot - diagonal_slot_[row])
                                        : mirror(row, slot);
   }
-  // Returns the upper block that a slot of `row` below the diagonal mirrors.
+  // Returns the number of the mirror image of the block at a slot of `row` below the diagonal.
   int mirror(int row, int slot) const { return mirror_[slot - upper_start_[row]]; }
 
  private:
   void find_mirrors();
 
   std::vector<int> row_start_, column_, diagonal_slot_;
-  std::vector<int> upper_start_;  // by row: its diagonal block, as an upper block
-  std::vector<int> mirror_;       // by block below the diagonal: its mirror image, an upper block
+  std::vector<int> upper_start_;  // by row: number of its diagonal block among the upper blocks
+  std::vector<int> mirror_;       // by block below the diagonal: number of its mirror image
 };
 
 // A symmetric matrix on a shared pattern. It stores only the upper blocks, in double or float.
@@ -93,14 +94,14 @@ class SymmetricBlockMatrix {
   //
   // A block below the diagonal is the transpose of its mirror image. lower_product() therefore
   // multiplies the stored columns by x elementwise and adds the three components of each sum at the
-  // end. Each of the three sums starts from a zero of its own: if they shared one, g++ 12 would
-  // copy it through memory in halves. Every row would wait for that copy, a quarter of a product's
-  // time.
+  // end. Each of the three sums is initialised by its own Four::Zero(). If they were copies of one
+  // vector, g++ 12 would copy it through memory, which takes a quarter of a product's time.
   Vec3 lower_product(int row, int first, int last, const Vec3* in) const {
     Four sum0 = Four::Zero(), sum1 = Four::Zero(), sum2 = Four::Zero();
     for (int slot = first; slot < last; ++slot) {
       const int upper = pattern_->mirror(row, slot);
-      // Below the diagonal the column is never the last particle, so four numbers can be read here.
+      // Below the diagonal, the column is never the last particle. Reading four numbers is
+      // therefore safe.
       const Four x = Eigen::Map<const Four>(in[pattern_->column(slot)].data());
       sum0 += four(upper, 0) * x;
       sum1 += four(upper, 1) * x;
@@ -127,8 +128,8 @@ class SymmetricBlockMatrix {
     return lower_product(row, pattern_->row_begin(row), diagonal, in) +
            upper_product(row, diagonal, pattern_->row_end(row), in);
   }
-  // Sets rows [first, last) to a * one + b * other. The range must not be empty. Both matrices must
-  // have the pattern of this one. O(blocks of the rows).
+  // Sets rows [first, last) to a * one + b * other. Preconditions: the range is not empty, and both
+  // matrices have the pattern of this one. O(blocks of the rows).
   void set_rows(int first, int last, Number a, const SymmetricBlockMatrix& one, Number b,
                 const SymmetricBlockMatrix& other) {
     const int begin = pattern_->upper_diagonal(first), end = pattern_->upper_end(last - 1);
@@ -138,11 +139,12 @@ class SymmetricBlockMatrix {
     for (std::ptrdiff_t i = 0; i < count; ++i) to[i] = a * from_one[i] + b * from_other[i];
   }
 
-  // Computes out = this * in. Both have rows() entries. O(blocks).
+  // Computes out = this * in. Precondition: `in` and `out` have one entry per row. O(blocks).
   void multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const;
 
-  // Prefetches the upper blocks of rows [first, last). Useful if rows are not visited in ascending
-  // order, which the processor does not predict. Rows beyond the ends are ignored.
+  // Prefetches the upper blocks of rows [first, last). This helps if rows are not visited in
+  // ascending order, because the processor cannot predict such accesses. Row numbers outside the
+  // matrix are ignored.
   void prefetch_rows(int first, int last) const {
     first = std::max(first, 0);
     last = std::min(last, pattern_->rows());
@@ -155,9 +157,9 @@ class SymmetricBlockMatrix {
   }
 
  private:
-  // A column of a block is read as four numbers, and the last one is ignored.
+  // A column of a block is read as four numbers, of which the last is ignored.
   using Four = Eigen::Array4d;
-  static constexpr std::size_t padding = 1;  // lets the last column be read as four numbers
+  static constexpr std::size_t padding = 1;  // numbers at the end, read with the last column
 
   Four four(int upper, int column) const {
     return Eigen::Map<const Eigen::Array<Number, 4, 1>>(at(upper) + 3 * column)

@@ -1,4 +1,4 @@
-// One number per stencil of an array.
+// Numbers that belong to the stencils of an array, compressed.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ class StencilNumbers {
     runs_.back().end = count_;
   }
 
-  // Returns the numbers of the batch of stencils that begins at `first`. Lanes beyond the last
+  // Returns the numbers of the stencils from `first` on, one per lane. Lanes beyond the last
   // stencil are zero. O(log runs).
   materials::Lanes batch(int first) const {
     auto run = std::upper_bound(runs_.begin(), runs_.end(), first,
@@ -42,7 +42,7 @@ class StencilNumbers {
 
  private:
   struct Run {
-    int end = 0;  // one past its last stencil
+    int end = 0;  // number of the first stencil after the run
     double value = 0;
   };
   std::vector<Run> runs_;

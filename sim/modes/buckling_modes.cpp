@@ -19,12 +19,12 @@ namespace {
 using Matrix = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
 
-// Largest displacement of the finite differences, as a fraction of the size of the bodies.
-// Rotations of this size cause a relative error of its square, and rounding causes one of 1e-16
-// divided by it.
+// Largest displacement of the finite differences, as a fraction of the size of the bodies. Its
+// square is the relative error that rotations of this size cause. The relative error of rounding is
+// 1e-16 divided by this fraction.
 constexpr double difference_part = 1e-5;
-// A mode is rounding noise if the change of energy along it is less than this many rounding errors.
-constexpr double roundings = 100;
+// Number of rounding errors below which the change of energy along a mode is rounding noise.
+constexpr double energy_roundings = 100;
 
 class Buckling {
  public:
@@ -79,8 +79,8 @@ class Buckling {
     return !result_.failure;
   }
 
-  // Sets change_ to G. Returns false, with the reason in fault_, if the loads move nothing or
-  // forces cannot be evaluated.
+  // Sets change_ to G. Returns false, and sets fault_ to the reason, if the loads cause no
+  // displacement or forces cannot be evaluated.
   bool find_change() {
     std::vector<Vec3> load(dynamics_.particle_count()), way(dynamics_.particle_count());
     set_load_factor(1);
@@ -112,7 +112,7 @@ class Buckling {
   }
 
   void add_mode(const Eigenpair& pair) {
-    const double rounding = roundings * std::numeric_limits<double>::epsilon() / step_ *
+    const double rounding = energy_roundings * std::numeric_limits<double>::epsilon() / step_ *
                             rounding_scale(stiffness_, pair.vector);
     if (!(std::abs(pair.value) > rounding)) return;
     BucklingMode& mode = result_.modes.emplace_back();

@@ -17,9 +17,9 @@ namespace weft::sim {
 
 namespace {
 
-// A start shape is in balance if the norm of its forces is at most `balanced_part` of that of the
-// loads. It is also in balance if no force would move its particle alone by more than
-// `balanced_move_part` of the size of the bodies.
+// A start shape is in balance if the norm of its forces is at most `balanced_part` of the norm of
+// the loads and of the forces on held particles. It is also in balance if no force, acting alone,
+// would move its particle by more than `balanced_move_part` of the size of the bodies.
 constexpr double balanced_part = 1e-8, balanced_move_part = 1e-12;
 
 void refuse_timed_pins(const Case& source) {
@@ -82,8 +82,8 @@ double norm(std::span<const Vec3> vectors) {
   return std::sqrt(sum);
 }
 
-// `force` has the net forces (N) by dynamic particle, zero for held ones, and `left` is their norm.
-// `applied` is the norm (N) of the loads and of the forces on held particles.
+// `force` holds the net force (N) on each dynamic particle, zero for held particles. `left` is the
+// norm of `force` (N). `applied` is the norm (N) of the loads and of the forces on held particles.
 struct Balance {
   std::vector<Vec3> force;
   double left = 0, applied = 0;
@@ -126,7 +126,7 @@ void CaseEquilibrium::apply_load_factor() {
   if (scene_->source.equilibria.scale_gravity) dynamics().set_load(*options_.load_factor);
 }
 
-// Returns the start shape at rest, with moving pins at their places at `time`.
+// Returns the start shape at rest, with moving pins at their positions of `time`.
 std::vector<double> CaseEquilibrium::start_at(double time) const {
   std::vector<double> y = dynamics().initial_state();
   dynamics().place_pins(time, y);

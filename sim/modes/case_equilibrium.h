@@ -17,17 +17,18 @@ struct Case;
 struct EquilibriumOptions {
   // Uses the shape at t = 0 under the loads of that time, without a search for an equilibrium.
   bool start_shape = false;
-  // Factor of each [[load]], and of gravity with static.scale_gravity. If set, no path of loads
-  // (static.loading = "arc_length") is followed. Empty: the loads of the case.
+  // Factor of each [[load]], and of gravity with static.scale_gravity. If empty, the loads are
+  // those of the case. If set, no path of loads (static.loading = "arc_length") is followed.
   std::optional<double> load_factor;
   std::function<void(double time)> progress;  // called after every step of the search; may be empty
 };
 
 // The equilibrium of a case at time.duration, under the loads and with the moving pins of that
-// time, for any time.method. The search is that of time.method = "static". It takes one step if
-// nothing varies or moves in time, and otherwise goes through the frames of the case. If the case
-// follows a path of loads, the equilibrium is the end of the path. A start shape that is in balance
-// is accepted without a search, because a body that nothing holds has no isolated equilibrium.
+// time, for any time.method. The method of the search is time.method = "static". If nothing varies
+// or moves in time, the search takes one step. Otherwise it steps through the frames of the case.
+// If the case follows a path of loads, the equilibrium is the end of the path. Otherwise a start
+// shape in balance is accepted without a search, because a body that nothing holds has no isolated
+// equilibrium.
 class CaseEquilibrium {
  public:
   // Throws CaseError as build_scene() and check_initial_state() do, and for a pin that takes hold
@@ -35,18 +36,19 @@ class CaseEquilibrium {
   CaseEquilibrium(const Case& source, EquilibriumOptions options);
   ~CaseEquilibrium();
 
-  // Searches for the equilibrium. After a failure, state() is that of the last successful step.
+  // Searches for the equilibrium. After a failure, state() is the state after the last successful
+  // step.
   [[nodiscard]] std::optional<Failure> find();
 
   const Scene& scene() const { return *scene_; }
   Simulation& simulation() { return simulation_; }
   Dynamics& dynamics() const { return simulation_.dynamics(); }
   double time() const { return time_; }  // s
-  // Positions, then velocities, which are zero (sim/motion/dynamics.h).
+  // Returns positions, then velocities (StateView). The velocities are zero.
   std::span<const double> state() const { return state_; }
-  // Returns the norm of the forces on free particles, divided by that of the loads and the forces
-  // on held particles. The result is 0 without forces on free particles, and infinite if the forces
-  // cannot be evaluated. Cost: one evaluation of the forces.
+  // Returns the norm of the forces on free particles, divided by the norm of the loads and of the
+  // forces on held particles. The result is 0 if no force acts on free particles, and infinite if
+  // the forces cannot be evaluated. Cost: one evaluation of the forces.
   double imbalance();
 
  private:

@@ -17,10 +17,10 @@ using Vector = Eigen::VectorXd;
 // Relative residual allowed for an eigenpair, and largest number of restarts of Lanczos.
 constexpr double tolerance = 1e-11;
 constexpr int most_restarts = 300;
-// Lanczos keeps two vectors per wanted pair and this number more. A problem with no more unknowns
-// than such vectors is solved densely.
+// Number of vectors that Lanczos keeps in addition to two per wanted pair. A problem with no more
+// unknowns than vectors is solved densely.
 constexpr int more_vectors = 20;
-// Eigenvalues whose magnitudes have a smaller relative difference count as equal.
+// Relative difference of magnitudes below which eigenvalues count as equal.
 constexpr double separation = 1e-7;
 // Largest number of searches. Each search after the first looks for pairs that earlier searches
 // missed.
@@ -68,13 +68,13 @@ class Operator {
   const Matrix& a_;
   const SymmetricFactors& factors_;
   const std::vector<Eigenpair>* known_ = nullptr;
-  double norm_ = 0;  // of the operator, estimated from below
+  double norm_ = 0;  // norm of the operator, estimated from below
   double scale_ = 1;
 };
 
 double magnitude(const Eigenpair& pair) { return std::abs(pair.value); }
 
-// Returns all pairs, by a dense solver. For small problems, or if most pairs are wanted.
+// Returns all pairs, by a dense solver.
 std::vector<Eigenpair> dense_pairs(const Operator& of) {
   Eigen::MatrixXd matrix(of.rows(), of.cols());
   for (Eigen::Index i = 0; i < of.cols(); ++i) {
@@ -102,7 +102,7 @@ bool add_pairs(Operator& of, int count, std::vector<Eigenpair>& pairs) try {
     pairs.push_back({values[i] / of.scale(), found.col(i)});
   return true;
 } catch (const std::runtime_error&) {
-  return false;  // an eigenvalue iteration within Lanczos did not converge
+  return false;  // Spectra throws if an inner eigenvalue iteration fails
 }
 
 // Returns the number of eigenvalues whose magnitude is larger than `least` > 0.

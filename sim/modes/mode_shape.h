@@ -1,4 +1,4 @@
-// Stiffness, shapes and accuracy of modes, for vibration and buckling.
+// The stiffness for modes of vibration and buckling, and the shapes and errors of modes.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -19,17 +19,18 @@ std::optional<Eigen::SparseMatrix<double>> stiffness_at(Dynamics& dynamics,
                                                         std::span<const double> state,
                                                         std::string& fault);
 
-// Returns an eigenvector as displacements by dynamic particle, relative to the largest one. The
-// coordinate of the largest magnitude is positive.
+// Returns an eigenvector as one displacement per dynamic particle. The largest displacement has the
+// length 1. The coordinate of the largest magnitude is positive.
 std::vector<Vec3> shape_of(const FreeUnknowns& unknowns, const Eigen::VectorXd& vector);
 
-// Returns |A v - value B v| / ||A| |v||, the residual of an eigenpair relative to the scale at
-// which A v is rounded. Only the lower halves of both matrices are read.
+// Returns the norm of A v - value B v divided by the norm of |A| |v|, with absolute values of
+// entries. This is the residual of an eigenpair relative to the scale at which A v is rounded. Only
+// the lower halves of both matrices are read.
 double equation_error(const Eigen::SparseMatrix<double>& a, const Eigen::SparseMatrix<double>& b,
                       double value, const Eigen::VectorXd& vector);
 
-// Returns |v|^T |A| |v|. Times the machine epsilon, it bounds the rounding error of v^T A v up to a
-// factor. Only the lower half of A is read.
+// Returns |v|^T |A| |v|. The rounding error of v^T A v is at most a small multiple of this number
+// times the machine epsilon. Only the lower half of A is read.
 double rounding_scale(const Eigen::SparseMatrix<double>& a, const Eigen::VectorXd& vector);
 
 }  // namespace weft::sim

@@ -50,7 +50,7 @@ class ModeWriter {
     amplitude_ = amplitude_part * box.diagonal().norm();
   }
 
-  // Writes the equilibrium displaced by `factor` times `shape`, scaled to the largest displacement.
+  // Writes the equilibrium displaced by `factor` times amplitude_ times `shape`.
   void write(double time, double factor, std::span<const Vec3> shape,
              const std::vector<double>& values) {
     std::vector<Vec3> displaced = place_;
@@ -102,12 +102,13 @@ class ModeWriter {
   RecordedChannels channels_;
   RecordedImages images_;
   std::vector<TrajectoryBody> bodies_;
-  std::vector<Vec3> place_;              // of all particles, m
-  std::vector<std::vector<Vec3>> rest_;  // of the recorded points at equilibrium, by body, m
+  std::vector<Vec3> place_;  // positions of all particles (m)
+  // Positions (m) of the recorded points at equilibrium, by body.
+  std::vector<std::vector<Vec3>> rest_;
   std::vector<std::vector<std::span<const double>>> fields_;
   std::vector<std::vector<double>> field_values_;
   TrajectoryWriter writer_;
-  double amplitude_ = 0;  // m
+  double amplitude_ = 0;  // largest displacement (m)
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Modes as a trajectory, for pictures, ParaView and `weft info`.
+// Writes modes as a trajectory.
 #pragma once
 
 #include <span>
@@ -12,23 +12,25 @@
 namespace weft::sim {
 
 struct RecordedMode {
-  std::span<const Vec3> shape;  // by dynamic particle; the largest has the length 1
-  std::vector<double> values;   // one per series
+  // One displacement per dynamic particle, of which the largest has the length 1.
+  std::span<const Vec3> shape;
+  std::vector<double> values;  // one value per series
 };
 
 struct ModeTrajectoryOptions {
-  std::string path;                              // of the HDF5 file; a missing folder is created
-  bool force = false;                            // overwrites an existing file
-  int frames_per_mode = 1;                       // 1: the shape alone; more: a period
-  std::vector<TrajectoryWriter::Series> series;  // beside "mode", the number from 1
+  std::string path;         // path of the HDF5 file; a missing folder is created
+  bool force = false;       // true: an existing file is overwritten
+  int frames_per_mode = 1;  // 1: the shape alone; otherwise one period
+  // Series in addition to "mode", which is the number of the mode.
+  std::vector<TrajectoryWriter::Series> series;
 };
 
-// Writes the state of the equilibrium as frame 0 at time 0, then the equilibrium displaced by each
-// mode in turn. With one frame per mode, frame i at time i is mode i at its largest displacement.
-// With n frames per mode, frames n (i - 1) + 1 to n i show one period of a sine of mode i, at times
-// from i - 1 to i. The largest displacement of a particle is a tenth of the size of the simulated
-// bodies. The field "displacement" (m) holds the displacements. Series are NaN in frame 0. The file
-// records `bill`, the cost so far. Throws FileError if the file cannot be written.
+// Writes the equilibrium as frame 0 at time 0, then the equilibrium displaced by one mode after the
+// other, numbered from 1. With one frame per mode, frame i at time i is mode i at its largest
+// displacement. With n frames per mode, frames n (i - 1) + 1 to n i show one period of a sine of
+// mode i, at times from i - 1 to i. The largest displacement of a particle is a tenth of the size
+// of the simulated bodies. The field "displacement" (m) holds the displacements. Series are NaN in
+// frame 0. The file also holds `bill`. Throws FileError if the file cannot be written.
 void write_modes(CaseEquilibrium& equilibrium, std::span<const RecordedMode> modes,
                  const ModeTrajectoryOptions& options, const Bill& bill);
 

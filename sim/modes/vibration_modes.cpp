@@ -20,13 +20,13 @@ using Matrix = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
 using Kind = VibrationMode::Kind;
 
-// An eigenvalue counts as zero if the energy of its shape in K + shift M, where it is sought,
-// differs from that of the shift by less than this many rounding errors (rounding_scale()).
-constexpr double roundings = 1e4;
-// A shape is rigid if its deviation from rigid motions, relative to its norm, is at most this.
+// Number of rounding errors of a shape's energy up to which its eigenvalue counts as zero. The
+// energy is that in K + shift M, whose rounding error follows from rounding_scale().
+constexpr double shift_roundings = 1e4;
+// Largest deviation of a rigid shape from rigid motions, relative to its norm.
 constexpr double rigid_tolerance = 1e-4;
-// The bisection for the scale of the wanted eigenvalues ends when its limits have the ratio
-// `scale_ratio`. Its first lower limit is `smallest_scale` times the upper one.
+// The bisection for the scale of the wanted eigenvalues ends when the ratio of its limits is at
+// most `scale_ratio`. Its first lower limit is `smallest_scale` times the upper limit.
 constexpr double scale_ratio = 16, smallest_scale = 1e-14;
 constexpr int most_shifts = 40;
 
@@ -52,7 +52,7 @@ double scale_of(const Matrix& stiffness, const Matrix& mass, int count, Symmetri
   return above;
 }
 
-// Finds a positive shift (1/s^2) for which K + shift M is positive definite, and leaves the factors
+// Finds a positive shift (1/s^2) for which K + shift M is positive definite, and stores the factors
 // of this matrix in `factors`. Returns the shift, or 0 if there is none.
 double factorise_shifted(const Matrix& stiffness, const Matrix& mass, double scale,
                          SymmetricFactors& factors) {
@@ -64,8 +64,8 @@ double factorise_shifted(const Matrix& stiffness, const Matrix& mass, double sca
   return 0;
 }
 
-// Fits a rigid motion to the displacements of one body. Holds the norms of the displacements and of
-// the rest.
+// Fits a rigid motion to the displacements of one body. Holds the squared norms of the
+// displacements and of their deviations from that motion.
 class RigidPart {
  public:
   RigidPart(std::span<const Vec3> position, std::span<const Vec3> shape) {
@@ -84,7 +84,7 @@ class RigidPart {
     whole_ = all.squaredNorm();
     rest_ = rest.squaredNorm();
   }
-  double whole() const { return whole_; }  // squared norms
+  double whole() const { return whole_; }  // squared norm of the displacements
   double rest() const { return rest_; }
 
  private:
@@ -113,10 +113,11 @@ struct System {
 
 Kind kind_of(const VibrationMode& mode, const System& system, const Scene& scene,
              std::span<const Vec3> position) {
-  // The entries of K cancel along a shape without energy or are zero there. The shift remains.
+  // For a shape without energy, rounding_scale() of K may be zero. The energy of the shift is then
+  // the scale.
   const double scale = rounding_scale(system.stiffness, system.unknowns.gather(mode.shape)) +
                        system.shift * mode.modal_mass;
-  const double rounding = roundings * std::numeric_limits<double>::epsilon() * scale;
+  const double rounding = shift_roundings * std::numeric_limits<double>::epsilon() * scale;
   if (std::abs(mode.eigenvalue) * mode.modal_mass > rounding)
     return mode.eigenvalue < 0 ? Kind::growth : Kind::vibration;
   return is_rigid(scene, position, mode.shape) ? Kind::rigid : Kind::slack;

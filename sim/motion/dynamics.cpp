@@ -272,7 +272,8 @@ void Dynamics::advance_pins(double time, double factor, std::span<double> y) con
   });
 }
 
-// Bounds how far prescribed particles stray from straight paths. All other paths are straight.
+// Returns bounds (m) of the distances of prescribed particles from straight paths. All other paths
+// are straight.
 PathStray Dynamics::path_stray(double from, double to) {
   bool is_straight = true;
   for (const PrescribedMotion& held : scene_.prescribed) {
@@ -311,7 +312,7 @@ std::optional<ContactFault> Dynamics::check_straight_path(double start_time,
   return gap ? contact_->check_path(from, to) : contact_->check_crossing(from, to);
 }
 
-// Copies the positions if obstacles move, because contact writes the places of their particles.
+// Copies the positions if obstacles move, because contact writes the positions of their particles.
 PlacedParticles Dynamics::placed(double time, std::span<const Vec3> position,
                                  Placing& placing) const {
   const RigidObstacles& obstacles = contact_->obstacles();
@@ -555,8 +556,7 @@ Energies Dynamics::energies(double time, std::span<const double> y) {
   if (contact_) {
     set_time(time);
     expand(time, y, position_, velocity_);
-    // After a fault, contact would have no pairs. Recorded states have been accepted, so there is
-    // none.
+    // After a fault, contact would have no pairs. Accepted states have no fault.
     static_cast<void>(evaluate_contact(time));
   }
   return energies_at_last_rate(time, y);
@@ -598,9 +598,10 @@ void Dynamics::find_forces_on_all(double time, std::span<const double> y, std::v
     subtract_coupled_inertia(time, state, std::span(force).first(count));
 }
 
-// The free particles f have the energy E = v_f . M_ff v_f / 2 + v_f . M_fp v_p + U, which excludes
-// the kinetic energy of the pins p alone. With the rate r of mass damping, dE/dt is at most -(F_p -
-// M_pf (a_f - r v_f)) . v_p. Subtracts M_pf (a_f - r v_f) from the forces F_p on pins.
+// Subtracts M_pf (a_f - r v_f) from the forces F_p on pins p, with the free particles f and the
+// rate r of mass damping. The energy E = v_f . M_ff v_f / 2 + v_f . M_fp v_p + U excludes the
+// kinetic energy of the pins alone. Without external forces, dE/dt is at most -F_p . v_p with the
+// reduced F_p.
 void Dynamics::subtract_coupled_inertia(double time, const Kinematics& state,
                                         std::span<Vec3> force) {
   std::vector<Vec3> inertia(force.begin(), force.end());

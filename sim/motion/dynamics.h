@@ -36,33 +36,35 @@ struct Energies {
   double kinetic = 0;                // J
   double gravitational = 0;          // J, zero at the origin of the axes
   double contact = 0;                // J
-  double constraints = 0;            // J, of forces with is_constraint(); part of `elastic`
-  std::optional<double> dissipated;  // J, by creases so far; not in the total; empty: none yields
-  std::vector<std::pair<std::string, double>> elastic;  // by force, J
+  double constraints = 0;            // energy of forces with is_constraint(), part of `elastic` (J)
+  std::optional<double> dissipated;  // by creases so far (J), not in total(); empty: none yields
+  std::vector<std::pair<std::string, double>> elastic;  // name and energy (J) of each force
   double total() const;
 };
 
-// Scalars of a state that every frame of a trajectory records.
+// Scalars that summarise a state.
 struct StateSummary {
   Energies energies;
-  std::optional<double> smallest_gap;  // m, over the pairs in reach of contact; empty without pairs
+  // Smallest gap (m) of the contact pairs in reach. Empty without pairs.
+  std::optional<double> smallest_gap;
   int sleeping_bodies = 0;
 };
 
-// The forces (N) on the dynamic particles of a state, split by origin. Lists are by dynamic
-// particle unless stated.
+// The forces (N) on the dynamic particles of a state, split by origin. Lists have one entry per
+// dynamic particle unless stated.
 struct ForceParts {
-  // All forces but those of contact and of pins: elasticity, air, loads, clamps, ties, sliding
+  // All forces except those of contact and pins: elasticity, air, loads, clamps, ties, sliding
   // supports, gravity and mass damping.
   std::vector<Vec3> own;
   // Contact forces along the normals (contact damping included), and friction forces. Zero without
   // contact.
   std::vector<Vec3> contact, friction;
-  std::vector<Vec3> support;  // exerted by pins, inertia of the held particles included
-  // By body of the scene: the contact wrench of the body on the dynamic particles. Zero for dynamic
-  // bodies.
+  // Forces that pins exert on held particles, including the inertia of these particles.
+  std::vector<Vec3> support;
+  // For each body of the scene, the wrench of its contact forces on the dynamic particles. Zero for
+  // dynamic bodies.
   std::vector<Wrench> obstacles;
-  std::vector<OuterForce> outer;  // of each clamp, tie and sliding support
+  std::vector<OuterForce> outer;  // forces of the clamps, ties and sliding supports
 };
 
 // The arguments of an assembly of K and D. A second assembly from the same arguments gives the same
@@ -71,15 +73,15 @@ struct Linearisation {
   double time = 0, step_start = 0;  // s
   std::vector<double> state;
   Definiteness definiteness = Definiteness::exact;
-  double gamma = 0;  // s, of a joined assembly; 0 if K and D are separate
+  double gamma = 0;  // gamma (s) of a joined assembly; 0 if K and D are separate
   std::optional<double> load;
   double hardness = 1;
   CreaseHistory::Creases creases;
 };
 
-// Evaluates forces and their derivatives at states that the caller holds. Keeps only the results of
-// the last evaluation: the matrices K and D, the contact pairs, and the candidate pairs of the
-// broad phase.
+// Evaluates forces and their derivatives at states that the caller holds. Keeps the results of the
+// last evaluation: the matrices K and D, the contact pairs, and the candidate pairs of the broad
+// phase.
 class Dynamics {
  public:
   Dynamics(const Scene& scene, Statistics& statistics)
@@ -93,13 +95,13 @@ class Dynamics {
   const Scene& scene() const { return scene_; }
   int particle_count() const { return scene_.dynamic_particles; }
   int threads() const { return threads_; }
-  // The mass matrix M. Shells have their consistent mass, except in searches for equilibria, which
-  // use lumped masses.
+  // Returns the mass matrix M. Shells have their consistent mass. Searches for equilibria use
+  // lumped masses instead.
   const MassOperator& mass() const { return mass_; }
   MassOperator& mass() { return mass_; }
   Statistics& statistics() { return statistics_; }
   const Statistics& statistics() const { return statistics_; }
-  // Work of one evaluation of the forces, in the unit of work.h.
+  // Returns the work of one evaluation of the forces, in the unit of work_of() (work.h).
   double evaluation_work() const;
   std::size_t state_size() const { return 6 * static_cast<std::size_t>(scene_.dynamic_particles); }
   std::vector<double> initial_state() const;
@@ -125,7 +127,7 @@ class Dynamics {
                      std::span<Vec3> force);
   // Multiplies all forces with Force::is_load() by `factor` from now on.
   void set_load_factor(double factor);
-  // True if one of the forces is a load.
+  // True if a force has Force::is_load().
   bool has_loads() const;
 
   // Assembles K = -dF/dx and D = -dF/dv of all forces except contact. D includes mass damping.
@@ -139,55 +141,55 @@ class Dynamics {
   // is set, and the hardness is 1.
   void assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
                        double gamma, std::span<const Vec3> residual);
-  // The arguments of the last assembly.
+  // Returns the arguments of the last assembly.
   const Linearisation& linearisation() const { return linearisation_; }
-  // Repeats an assembly from its arguments and evaluates contact's matrices at the same state.
-  // Restores the load, the hardness and the step start of that assembly. The residual of a joined
-  // assembly is not kept: damping_product() becomes zero.
+  // Repeats an assembly from its arguments, and evaluates contact and its matrices at the same
+  // state. Sets the load, the hardness and the step start to those of that assembly. The residual
+  // of a joined assembly is not kept: damping_product() becomes zero.
   void assemble_again(const Linearisation& place);
-  // D times the residual of the last assembly (N s, by particle). Empty if that assembly was not
-  // joined, or without damping.
+  // Returns D times the residual of the last assembly (N s), one entry per dynamic particle. The
+  // result is empty if that assembly was not joined or there is no damping.
   std::span<const Vec3> damping_product() const { return damping_product_; }
   // Sets the load of an equilibrium. From now on, gravity is multiplied by `load`, and all
   // particles, pins and obstacles count as at rest.
   void set_load(double load) { load_ = load; }
-  // Multiplies the forces of membranes and springs and their derivatives by `hardness` from now on.
-  // Searches for equilibria start with softened bodies (hardness < 1).
+  // Multiplies the forces with Force::is_membrane() and their derivatives by `hardness` from now
+  // on. A hardness below 1 softens bodies in searches for equilibria.
   void set_hardness(double hardness) { hardness_ = hardness; }
   const BlockMatrix& stiffness() const { return stiffness_; }
-  // The matrix D. Precondition: has_damping(), that is, D exists and is not joined to the
+  // Returns the matrix D. Precondition: has_damping(). D then exists and is not joined to the
   // stiffness.
   const BlockMatrix& damping() const { return damping_; }
   bool has_damping() const { return has_damping_ && damping_product_.empty(); }
   const Contact* contact() const { return contact_ ? &*contact_ : nullptr; }
   Contact* contact() { return contact_ ? &*contact_ : nullptr; }
 
-  // True if a motion moves pins of dynamic bodies.
+  // True if a prescribed motion moves particles of dynamic bodies.
   bool pins_move() const { return pins_move_; }
   // Announces a step that starts at `time`. If a prescribed velocity or a curve jumps at the end of
   // the step, evaluations after `time` use the value before the jump. Without this call,
   // evaluations at a jump use the value after it.
   void begin_step(double time) { step_start_ = time; }
   double step_start() const { return step_start_; }
-  // Returns the instant at which varying coefficients of the forces at `time` are taken. A jump
-  // within time.minimum_step counts as passed, as in MotionLimits.
+  // Returns the instant at which varying coefficients are taken for forces at `time` (s). A jump
+  // within time.minimum_step after `time` counts as passed.
   Instant instant(double time) const {
     const double within = is_before_jump(time) ? step_start_ : time;
     return {time, within + scene_.source.time.minimum_step};
   }
-  // Writes the positions and velocities of moving pins at `time` to y. At a jump, these are the
-  // values after the jump.
+  // Writes the positions and velocities of moving pins at `time` to y. At a jump, writes the values
+  // after the jump.
   void place_pins(double time, std::span<double> y) const;
-  // Adds factor * y' to y, for the entries of moving pins only.
+  // Adds factor * y' to the entries of moving pins in y. Other entries keep their values.
   void advance_pins(double time, double factor, std::span<double> y) const;
-  // Checks that surfaces provably stay apart on the way from `start` to `end` (positions of all
-  // particles, m, as expand() writes them). Free particles move on straight lines, prescribed ones
-  // on their prescribed paths. Returns the first fault found, or nothing if the proof succeeds.
-  // Precondition: contact is on.
+  // Checks that surfaces provably stay apart on the path from `start` to `end`, which are positions
+  // (m) of all particles, as expand() writes them. Free particles move on straight lines, and
+  // prescribed particles on their prescribed paths. Returns the first fault found, or nothing if
+  // the proof succeeds. Precondition: contact is on.
   [[nodiscard]] std::optional<ContactFault> check_path(double start_time,
                                                        std::span<const Vec3> start, double end_time,
                                                        std::span<const Vec3> end);
-  // Does the check of check_path() with prescribed particles on straight lines too. If `gap` is
+  // Checks as check_path() does, but with prescribed particles on straight lines too. If `gap` is
   // false, only crossings are faults (Contact::check_crossing).
   [[nodiscard]] std::optional<ContactFault> check_straight_path(double start_time,
                                                                 std::span<const Vec3> start,
@@ -232,8 +234,8 @@ class Dynamics {
   // state of that rate() is within a step's tolerance of y.
   Energies energies_at_last_rate(double time, std::span<const double> y);
   // Returns the power (W) of external forces on the free particles, positive if wind drives them.
-  // Includes the power that moving points outside the state put into forces. Cost: one evaluation
-  // of the external forces.
+  // Includes the power that forces receive from their moving points
+  // (Force::power_of_moving_points()). Cost: one evaluation of the external forces.
   double external_power(double time, std::span<const double> y);
   bool has_external_forces() const;
   // True if a force has points outside the state that move.
@@ -245,16 +247,17 @@ class Dynamics {
   // Computes the forces (N) on all particles, prescribed ones and obstacles included. Contact is
   // evaluated anew; gravity, mass damping and external forces are left out. The force on a moving
   // pin of a shell includes the inertia of the free particles that M couples to the pin. `loaded`
-  // lists the particles of obstacles on which forces act, in order. Not counted in the statistics'
-  // force evaluations. Precondition: both lists are empty or come from an earlier call.
+  // lists, in order, the particles of obstacles on which forces act. The call does not count as a
+  // force evaluation in the statistics. Precondition: both lists are empty or come from an earlier
+  // call.
   void find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force,
                           std::vector<int>& loaded);
   // Splits the forces at (t, y) by origin, with contact evaluated anew, and resizes the lists of
-  // `parts`. Not counted in the statistics' force evaluations. Cost: one evaluation of the forces.
+  // `parts`. The call does not count as a force evaluation in the statistics. Cost: one evaluation
+  // of the forces.
   void find_force_parts(double time, std::span<const double> y, ForceParts& parts);
-  // The largest l / L - 1 over the edges of all dynamic bodies, with the present length l and the
-  // rest length L. `particle` is the edge's first vertex in its triangle. Of equally stretched
-  // edges, the first counts.
+  // The largest stretch l / L - 1 of an edge of a dynamic body, with the present length l and the
+  // rest length L. `particle` is a vertex of that edge.
   struct LargestStretch {
     double value = 0;
     int particle = 0;
@@ -267,8 +270,8 @@ class Dynamics {
  private:
   Dynamics(const Scene& scene, Statistics& statistics, std::vector<std::unique_ptr<Force>> forces,
            ChosenSearch search);
-  // Calls set_time(), then returns the state of the dynamic particles with held ones in their
-  // prescribed places. The views are valid until y is freed or changed, or until the next call.
+  // Calls set_time(), then returns the state of the dynamic particles, with held particles in their
+  // prescribed positions. The views are valid until y is freed or changed, or until the next call.
   Kinematics kinematics(double time, std::span<const double> y);
   void add_forces(const Kinematics& state, std::span<Vec3> force);
   // Sets `force` to the sum (N) of all forces and contact, without weight and mass damping.
@@ -279,13 +282,13 @@ class Dynamics {
   // Sets gravity, friction, mass damping and varying forces to their values at `time`. Costs
   // nothing if none of them varies.
   void set_time(double time);
-  // Turns forces (N) into accelerations (m/s^2), with weight and mass damping added. Accelerations
+  // Replaces forces (N) by accelerations (m/s^2), with weight and mass damping added. Accelerations
   // of held particles are zero. Returns true if all values are finite.
   bool divide_by_mass(double time, const Kinematics& state, std::span<Vec3> force);
-  // Turns forces (N) into accelerations with the consistent mass of shells. `force` must include
-  // weight and mass damping.
+  // Replaces forces (N) by accelerations (m/s^2), by means of the consistent mass of shells.
+  // `force` must include weight and mass damping.
   void solve_for_accelerations(double time, std::span<Vec3> force);
-  // Adds the weight and mass damping (N) of a state to the forces.
+  // Adds the weight and the mass damping (N) to the forces.
   void add_weight_and_damping(const Kinematics& state, std::span<Vec3> force) const;
   void add_mass_damping(const Derivatives& into);
   void find_forces_of_pins(double time, ForceParts& parts);
@@ -301,7 +304,7 @@ class Dynamics {
   }
   PathStray path_stray(double from, double to);
   std::optional<ContactFault> evaluate_contact(double time);
-  // Positions of all particles and poses of the moving obstacles, at one time.
+  // Positions of all particles and poses of the moving obstacles, at the same time.
   struct Placing {
     std::vector<Vec3> position;
     std::vector<RigidPose> poses;
@@ -329,16 +332,16 @@ class Dynamics {
   double hardness_ = 1;
   TimeCurve<Vec3> gravity_curve_;
   TimeCurve<double> friction_curve_;
-  VaryingNumbers mass_damping_curves_;  // by run of particles
+  VaryingNumbers mass_damping_curves_;  // rates of mass damping, one run of particles per body
   bool varies_ = false;
-  Vec3 gravity_;                           // m/s^2, at the time of set_time()
-  std::vector<double> mass_damping_;       // 1/s, by particle; empty without mass damping
-  std::vector<Vec3> coupled_;              // scratch: accelerations of pins of shells
-  std::vector<Vec3> position_, velocity_;  // of all particles, as expand() writes them
-  std::vector<RigidPose> poses_;           // of the moving obstacles
-  Placing path_start_, path_end_;          // copies for path checks
-  double step_start_ = std::numeric_limits<double>::infinity();  // s
-  std::vector<double> body_stray_, particle_stray_;              // m
+  Vec3 gravity_;                      // gravity at the time of the last set_time() (m/s^2)
+  std::vector<double> mass_damping_;  // rate (1/s) of each particle; empty without mass damping
+  std::vector<Vec3> coupled_;         // scratch of solve_for_accelerations()
+  std::vector<Vec3> position_, velocity_;  // results of expand() for all particles
+  std::vector<RigidPose> poses_;           // poses of the moving obstacles
+  Placing path_start_, path_end_;          // scratch of path checks
+  double step_start_ = std::numeric_limits<double>::infinity();  // start of the present step (s)
+  std::vector<double> body_stray_, particle_stray_;              // scratch of path_stray() (m)
 };
 
 }  // namespace weft::sim

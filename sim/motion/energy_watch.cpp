@@ -15,8 +15,9 @@ namespace {
 
 constexpr double energy_share = 0.05;
 
-// True for motions. For equilibria, true only under proportional loading without wind, prescribed
-// motion and applied loads, whose work never becomes motion.
+// True for methods that compute motions. For searches for equilibria, true only under proportional
+// loading without wind, prescribed motion and applied loads. The work of these three never becomes
+// motion.
 bool can_be_watched(const Dynamics& dynamics) {
   const Scene& scene = dynamics.scene();
   if (!traits_of(scene.source.time.method).finds_equilibria()) return true;
@@ -58,7 +59,7 @@ double EnergyWatch::fall_energy(double time) const {
     return mass_ * std::min(external_.largest_gravity() * longest_fall_, 0.5 * speed * speed);
   }
   const double gravity = scene_.source.world.gravity.constant().norm();
-  // In searches for equilibria, `time` is the load.
+  // In searches for equilibria, `time` is the load, so the fall is not limited by it.
   const bool is_motion = !traits_of(scene_.source.time.method).finds_equilibria();
   const double fall = is_motion ? 0.5 * gravity * time * time : longest_fall_;
   return mass_ * gravity * std::min(longest_fall_, fall);
@@ -86,7 +87,7 @@ std::optional<Failure> EnergyWatch::check(double time, std::span<const double> y
       std::sqrt(std::max(put_in + external_.doubt(), 0.0) + energy_share * most_) + error;
   const double share = within / (limit * limit);
   largest_share_ = std::max(largest_share_, share);
-  // The comparison also rejects a share that is not finite.
+  // A ratio that is not finite fails this comparison.
   if (share <= 1) return std::nullopt;
   return failure(time, y, within, put_in);
 }

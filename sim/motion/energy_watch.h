@@ -14,18 +14,18 @@ namespace weft::sim {
 
 // Checks that the kinetic and elastic energy E of the free particles does not exceed the energy put
 // in. `put_in` is the energy at the start plus the work of gravity, of external forces and of
-// prescribed motion (external_work.h), less what creases have dissipated. The test compares square
-// roots, because these are norms, whose errors add:
+// prescribed motion (external_work.h), less the energy that creases have dissipated. The test
+// compares square roots: they are norms, so their errors add:
 //   sqrt(E) <= sqrt(put_in + doubt + 0.05 most) + e,
-//   e = sqrt(3/2 M) velocity_tolerance + relative_tolerance sqrt(most),
-// with the total mass M and the `doubt` of ExternalWork. `most` is the larger of two energies: the
-// largest `put_in` so far, and the kinetic energy at the start plus that of a free fall. The fall
-// lasts for the time so far, but covers at most the diagonal of the box around the dynamic bodies
-// at the start. If gravity varies, the fall assumes that its direction never changes. e is the
-// error of sqrt(E) if every component errs by its tolerance.
+//   e = sqrt(3/2 M) velocity_tolerance + relative_tolerance sqrt(most).
+// M is the total mass, and `doubt` that of ExternalWork. `most` is the larger of two energies: the
+// largest `put_in` so far, and the kinetic energy at the start plus the energy of a free fall. The
+// fall begins at the start and covers at most the diagonal of the box around the dynamic bodies at
+// that time. If gravity varies, the fall assumes that its direction never changes. e is the error
+// of sqrt(E) if every component errs by its tolerance.
 //
 // Contact energy counts only once it has become motion: a long step that ends deep within contact's
-// range overestimates it, and most methods damp the excess. Equilibria are checked only under
+// range overestimates it, but most methods damp the excess. Equilibria are checked only under
 // proportional loading, without wind, applied loads and prescribed motion.
 class EnergyWatch {
  public:
@@ -34,14 +34,14 @@ class EnergyWatch {
   EnergyWatch(Dynamics& dynamics, std::span<const double> start, double start_time = 0);
 
   // Checks the state at the end of a step, whose energies are `now`. Returns the failure, if any.
-  // If external().is_possible(), this must be called for every step, in order, and costs an
-  // evaluation of the forces.
+  // If external().is_possible(), it must be called after every step, in order, and costs as much as
+  // ExternalWork::add_step().
   [[nodiscard]] std::optional<Failure> check(double time, std::span<const double> y,
                                              const Energies& now);
   // False for scenes that are never checked. check() then costs nothing and does not read `now`.
   bool applies() const { return applies_; }
   void transfer(StateArchive& archive);
-  // Largest ratio so far of the energy to its limit.
+  // Returns the largest ratio so far of the energy to its limit.
   double largest_share() const { return largest_share_; }
   const ExternalWork& external() const { return external_; }
 
@@ -53,11 +53,11 @@ class EnergyWatch {
   ExternalWork external_;
   bool applies_ = true;
   double start_time_ = 0;                // s
-  double mass_ = 0;                      // kg, of the dynamic particles
-  double longest_fall_ = 0;              // m
-  double start_ = 0;                     // J, gravitational energy included
-  double start_dissipated_ = 0;          // J
-  double start_kinetic_ = 0, most_ = 0;  // J
+  double mass_ = 0;                      // mass of the dynamic particles (kg)
+  double longest_fall_ = 0;              // longest free fall (m)
+  double start_ = 0;                     // energy at the start, gravitational energy included (J)
+  double start_dissipated_ = 0;          // energy that creases had dissipated at the start (J)
+  double start_kinetic_ = 0, most_ = 0;  // kinetic energy at the start, and `most` (J)
   double largest_share_ = 0;
 };
 

@@ -12,7 +12,7 @@ namespace weft::sim {
 ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y, double time)
     : dynamics_(dynamics), time_(time) {
   const Scene& scene = dynamics.scene();
-  // Equilibria have neither time nor velocity.
+  // Searches for equilibria compute no motion, so no work is summed.
   if (traits_of(scene.source.time.method).finds_equilibria()) return;
   for (const PrescribedMotion& held : scene.prescribed) {
     if (!held.moves || held.particles.empty()) continue;
@@ -108,7 +108,7 @@ Vec3 ExternalWork::free_moment(std::span<const double> y) const {
 }
 
 // Calls visit(force before, force now, displacement) for each particle of a moving obstacle on
-// which a force acts at the start or the end of the step. Visits in the order of particles.
+// which a force acts at the start or the end of the step. Particles are visited in ascending order.
 template <class Visit>
 void ExternalWork::visit_loads(const Visit& visit) const {
   if (loads_.empty() && last_loads_.empty()) return;

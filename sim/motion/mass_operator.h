@@ -13,11 +13,11 @@
 namespace weft::sim {
 
 // The mass matrix M of the dynamic particles (mass_matrix.h). One M serves all three axes. Scenes
-// without shells have a diagonal M, and cost as little as particle_masses.h. With shells, M stores
-// one number per upper block of the block pattern given to attach().
+// without shells have a diagonal M, whose products cost as little as those of particle_masses.h.
+// With consistent shells, M stores one number per upper block of the pattern given to attach().
 class MassOperator {
  public:
-  // Lumped: the masses of the scene on the diagonal, for shells too. Consistent: mass_matrix().
+  // `lumped`: Scene::mass on the diagonal, for shells too. `consistent`: mass_matrix().
   enum class Form : std::uint8_t { lumped, consistent };
   // The scene must outlive the object.
   MassOperator(const Scene& scene, Form form);
@@ -48,9 +48,9 @@ class MassOperator {
   // Returns vibration_products() of particle_masses.h, with this M.
   VibrationProducts vibration(std::span<const Vec3> before, std::span<const Vec3> a,
                               std::span<const Vec3> after, int threads) const;
-  // Turns the forces F (N) on the free particles into M_ff^-1 F (m/s^2), where M_ff has the rows
-  // and columns of the free particles. Entries of held particles become zero. With shells, the
-  // first call factorises M_ff. Each call then costs two passes over the factor, on one thread.
+  // Replaces the forces F (N) on the free particles by M_ff^-1 F (m/s^2), where M_ff has the rows
+  // and columns of the free particles. Entries of held particles become zero. If M is not diagonal,
+  // the first call factorises M_ff. Each call costs two passes over the factor, on one thread.
   void solve(std::span<Vec3> force);
 
  private:
@@ -60,7 +60,7 @@ class MassOperator {
   const Scene& scene_;
   bool is_diagonal_;
   std::shared_ptr<const BlockPattern> pattern_;
-  std::vector<double> entries_;  // kg, by upper block of the pattern; empty if diagonal
+  std::vector<double> entries_;  // entries (kg), one per upper block; empty if M is diagonal
   std::unique_ptr<Factor> factor_;
 };
 

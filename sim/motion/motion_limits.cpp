@@ -14,10 +14,10 @@ namespace {
 // Largest number of parts into which a body is split to compare distances.
 constexpr std::size_t most_blocks = 256;
 
-// A step that is too long is multiplied by this factor.
+// Factor by which a step that is too long is shortened.
 constexpr double shortening = 0.8;
 
-// Relative margin, larger than all rounding errors.
+// Relative margin that exceeds all rounding errors of distances.
 constexpr double rounding_part = 1e-9;
 
 bool is_tied_to(const Scene& scene, int body) {
@@ -194,7 +194,7 @@ void MotionLimits::turn_blocks(const RigidObstacle& obstacle, double time) {
 
 // Returns the squared distance (m^2) from the box of `block` to the box of the obstacle's nearest
 // block. If this distance is at least `enough`, a lower bound that is at least `enough` may be
-// returned. Places the points of a block of the obstacle only if that block may be the nearest.
+// returned. Points of a block of the obstacle are placed only if that block may be the nearest.
 double MotionLimits::squared_distance(const Block& block, const RigidObstacle& obstacle,
                                       double enough) {
   std::vector<Block>& others = blocks_[obstacle.body];
@@ -221,7 +221,7 @@ double MotionLimits::squared_distance(const Block& block, const RigidObstacle& o
   return square;
 }
 
-// Appends to approaches_ the parts of a body that the obstacle may reach in a step of this length.
+// Appends the parts of a body that the obstacle may reach in a step of `length` (s) to approaches_.
 void MotionLimits::add_approaches(const Moving& obstacle, int body, double time, double length,
                                   double travel) {
   const RigidObstacle& rigid = obstacles_.all()[obstacles_.of_body(obstacle.body)];

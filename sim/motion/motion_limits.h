@@ -25,17 +25,19 @@ namespace weft::sim {
 //   to `near_part` of contact.range is still allowed, within the bounds that apply to pins;
 // - the time up to which the paths of pins provably do not cross obstacles or other pins
 //   (prescribed_paths.h).
-// Speeds at the start of the step bound how much of the clearance an obstacle may use up. An
-// obstacle that cannot come into reach shortens no step. Without contact, obstacles limit steps
-// only by events, and only if a body is tied to them. Proofs are in docs/theory.md, section 2.
+//
+// The speeds at the start of the step bound the approach of an obstacle. An obstacle that cannot
+// come into reach shortens no step. Without contact, obstacles limit steps only by events, and only
+// if a body is tied to them. Proofs are in docs/theory.md, section 2.
 class MotionLimits {
  public:
   static constexpr double largest_turn = 0.15;  // rad
-  static constexpr double stray_part = 0.1;     // of contact.range
-  static constexpr double near_part = 0.125;    // of contact.range: half the shortest barrier
-  static constexpr double approach_part = 0.8;  // of the clearance
-  // Integrators ask for the limit of a step longer by this factor, so that rounding never shortens
-  // a step that is allowed in full.
+  static constexpr double stray_part = 0.1;     // fraction of contact.range
+  // Fraction of contact.range: half the shortest barrier.
+  static constexpr double near_part = 0.125;
+  static constexpr double approach_part = 0.8;  // fraction of the clearance
+  // Factor for the step that an integrator passes to latest_end(). With this margin, rounding never
+  // shortens a step that is allowed in full.
   static constexpr double beyond_rounding = 1.0001;
 
   // Scene and dynamics must outlive the limits.
@@ -51,18 +53,19 @@ class MotionLimits {
   // calls of PrescribedPaths::find_crossing().
   std::optional<double> latest_end(double time, double wanted, std::span<const double> y);
   Failure failure(double time) const;
-  // Returns the stop time to set in an integrator that cuts its steps at a stop time: `latest` if
-  // this is before `wanted`, else the largest number.
+  // Returns the stop time for an integrator that cuts its steps at a stop time. This is `latest` if
+  // it is before `wanted`, else the largest number.
   static double stop_time(double latest, double wanted) {
     return latest < wanted ? latest : std::numeric_limits<double>::max();
   }
   // Returns the time (s) of the next event after `time`: a start, stop, keyframe, corner or change
-  // of pins. Infinite without one. Events within time.minimum_step after `time` count as passed,
-  // since the bounds of motions hold across events.
+  // of pins. The result is infinite if no event follows. Events within time.minimum_step after
+  // `time` count as passed, because the bounds of motions hold across events.
   double next_event(double time) const;
   // Returns the time (s) that no step from `time` may pass: the next event or, if sooner, the end
-  // of the longest step that resolves gusts. SUNDIALS does not tell the length of the step after a
-  // stop time, so its step may end later than the `wanted` given to latest_end().
+  // of the longest step that resolves gusts. It is the bound for a step of SUNDIALS after a stop
+  // time. The length of that step is unknown, so it may end later than the `wanted` given to
+  // latest_end().
   double last_possible_end(double time) const;
   // has_event_at() is true if an event (next_event()) is within time.minimum_step of `time`.
   // jumps_at() is true if a prescribed velocity or a curve jumps at such an event.
@@ -73,23 +76,24 @@ class MotionLimits {
   struct Moving {
     const PrescribedMotion* held;
     int body;
-    bool is_obstacle;  // an obstacle of the case, or a body held as a whole
+    bool is_obstacle;  // true for an obstacle of the case or a body held as a whole
   };
   // A part of a body: some of its triangles and the box around them.
   struct Block {
-    Eigen::AlignedBox3d box;    // m; for obstacles, conservative while is_placed is false
-    Eigen::AlignedBox3d start;  // m, for obstacles: the box before the motion
-    bool is_placed = false;     // for obstacles: `box` is the smallest box
-    std::vector<int> points;    // global indices of surface points
-    double speed = 0;           // m/s, the largest of its points
+    // Box (m) around the points. For an obstacle, it may be larger while is_placed is false.
+    Eigen::AlignedBox3d box;
+    Eigen::AlignedBox3d start;  // box (m) of an obstacle before the motion
+    bool is_placed = false;     // true if `box` is the smallest box around the points
+    std::vector<int> points;    // surface points of the part, by their indices in the scene
+    double speed = 0;           // largest speed of its points (m/s)
   };
   // A part of a dynamic body that an obstacle may reach.
   struct Approach {
     const Moving* obstacle;
-    double clearance = 0;       // m, distance in excess of contact's reach
-    double speed = 0;           // m/s, the largest of its points
-    double relative_speed = 0;  // m/s, the largest relative to the obstacle
-    double radius = 0;          // m, the largest distance of its points from the motion's centre
+    double clearance = 0;       // distance in excess of contact's reach (m)
+    double speed = 0;           // largest speed of its points (m/s)
+    double relative_speed = 0;  // largest speed of its points relative to the obstacle (m/s)
+    double radius = 0;          // largest distance of its points from the centre of the motion (m)
   };
   std::span<const MotionEvent> events_at(double time) const;
   double end_in_gust(double time, double end) const;
@@ -105,22 +109,25 @@ class MotionLimits {
 
   const Scene& scene_;
   const Dynamics& dynamics_;
-  double range_ = 0;  // m; 0 without contact
+  double range_ = 0;  // contact.range (m); 0 without contact
   std::vector<Moving> motions_;
-  std::vector<MotionEvent> events_;         // of motions, pins and curves, sorted by time
-  double longest_step_ = 0;                 // s, resolves gusts; infinite without gusts
-  std::vector<std::vector<Block>> blocks_;  // by body; boxes are updated in each step
-  std::vector<char> is_bounded_;            // by body: boxes are those of this step
+  std::vector<MotionEvent> events_;  // events of motions, pins and curves, sorted by time
+  double longest_step_ = 0;          // longest step that resolves gusts (s); infinite without gusts
+  std::vector<std::vector<Block>> blocks_;  // parts of each body; boxes are updated in each step
+  // For each body, 1 if the boxes of its parts are those of this step.
+  std::vector<char> is_bounded_;
   std::vector<Approach> approaches_;
   std::vector<Vec3> position_, velocity_;
-  std::vector<Vec3> position_room_, velocity_room_;        // of points that are not particles
-  std::span<const Vec3> point_position_, point_velocity_;  // of surface points of dynamic bodies
+  // Storage of positions and velocities of surface points that are not particles.
+  std::vector<Vec3> position_room_, velocity_room_;
+  // Views of the positions and velocities of surface points of dynamic bodies.
+  std::span<const Vec3> point_position_, point_velocity_;
   RigidObstacles obstacles_;
-  RigidPose pose_;                 // of the obstacle last passed to turn_blocks()
-  std::vector<double> distances_;  // m^2, to that obstacle's blocks
+  RigidPose pose_;                 // pose of the obstacle last passed to turn_blocks()
+  std::vector<double> distances_;  // scratch: squared distances (m^2) to the parts of an obstacle
   const Moving* culprit_ = nullptr;
-  std::optional<PrescribedPaths> paths_;  // with contact, if pins or obstacles move
-  std::optional<ContactFault> crossing_;  // in the last interval checked
+  std::optional<PrescribedPaths> paths_;  // present with contact, if pins or obstacles move
+  std::optional<ContactFault> crossing_;  // crossing found in the last interval checked
 };
 
 }  // namespace weft::sim

@@ -145,7 +145,7 @@ void PrescribedPaths::place(int body) {
 }
 
 // Returns the box around the paths of the features of a body. A rigid obstacle is bounded by its
-// box: its points are placed only in check().
+// moved box, without placing its points.
 Eigen::AlignedBox3d PrescribedPaths::box_of_paths(int body) {
   const int number = obstacles_.of_body(body);
   if (number < 0) {

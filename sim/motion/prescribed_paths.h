@@ -14,27 +14,27 @@
 namespace weft::sim {
 
 // Finds crossings that contact does not check. Contact ignores pairs of features whose vertices all
-// follow prescribed paths, since no force can part them. No step avoids a crossing of prescribed
-// paths, so the run must end.
+// follow prescribed paths, because no force can keep them apart. No choice of steps avoids a
+// crossing of such paths.
 class PrescribedPaths {
  public:
   // The scene must have contact and outlive the object. Cost: O(mesh).
   explicit PrescribedPaths(const Scene& scene);
 
   // Returns two features that may cross between the times `from` and `to` (s), or nothing if
-  // provably none cross. Features may come arbitrarily close. Bounds are tighter for shorter
-  // intervals. Cost: a pass over the particles of moving bodies, and one check per pair of
-  // prescribed features whose boxes overlap.
+  // provably none cross. Features that do not cross may come arbitrarily close. A shorter interval
+  // has tighter bounds, and so fewer false alarms. Cost: a pass over the particles of moving
+  // bodies, and one check per pair of prescribed features whose boxes overlap.
   [[nodiscard]] std::optional<ContactFault> find_crossing(double from, double to);
 
  private:
-  // Vertices, edges and triangles of a body whose particles are all prescribed. Numbers are those
-  // of surface points.
+  // The vertices, edges and triangles of a body that consist of prescribed points only. Each is
+  // given by its surface points.
   struct Features {
     std::vector<int> vertices;
     std::vector<std::array<int, 2>> edges;
     std::vector<std::array<int, 3>> triangles;
-    std::vector<int> motions;  // all motions of these features, numbered as in motion_of_; sorted
+    std::vector<int> motions;  // motions of these features, numbered as in motion_of_; sorted
   };
   bool moves(int body, double from, double to) const;
   bool may_cross(const BodyPair& pair) const;
@@ -54,21 +54,23 @@ class PrescribedPaths {
   bool is_rigid(const std::array<int, 4>& nodes) const;
 
   const Scene& scene_;
-  std::vector<int> motion_of_particle_;  // -1: free, 0: at rest, m + 1: Scene::prescribed[m]
-  // By surface point, numbered as motion_of_particle_; `several_motions_` if its particles follow
-  // different motions.
+  // Motion of each particle. -1: free. 0: held at rest. m + 1: Scene::prescribed[m].
+  std::vector<int> motion_of_particle_;
+  // Motion of each surface point, numbered as in motion_of_particle_. `several_motions_` if its
+  // particles follow different motions.
   std::vector<int> motion_of_;
   int several_motions_;
-  std::vector<Features> features_;  // by body
+  std::vector<Features> features_;  // prescribed features of each body
   RigidObstacles obstacles_;
   std::vector<int> moving_;        // bodies with moving features that may cross others
-  std::vector<char> is_placed_;    // by body: points are placed for the interval
-  double from_ = 0, to_ = 0;       // s, the current interval
-  BodyTree tree_;                  // of boxes around the paths of the features, by body
-  std::vector<double> stray_;      // m, by motion, within the current interval
-  std::vector<Vec3> start_, end_;  // m, by surface point
-  std::vector<Vec3> particle_start_, particle_end_;  // m, if surface points are not particles
-  std::vector<Vec3> moved_, rates_;                  // scratch
+  std::vector<char> is_placed_;    // for each body: 1 if its points are placed for the interval
+  double from_ = 0, to_ = 0;       // ends of the current interval (s)
+  BodyTree tree_;                  // boxes around the paths of the features of each body
+  std::vector<double> stray_;      // MotionBounds::stray (m) of each motion in the current interval
+  std::vector<Vec3> start_, end_;  // positions (m) of surface points at from_ and to_
+  // Positions (m) of particles at from_ and to_; empty if surface points are particles.
+  std::vector<Vec3> particle_start_, particle_end_;
+  std::vector<Vec3> moved_, rates_;  // scratch
 };
 
 }  // namespace weft::sim

@@ -14,18 +14,17 @@ namespace weft::sim {
 namespace {
 
 constexpr int iterations = 30;
-// Iterations at the start of a tracker. They reach an error of 3 percent; follow() reduces it
-// further.
+// Number of iterations at the start of a tracker. The calls of follow() continue the iteration.
 constexpr int first_iterations = 10;
 
 struct Spectrum {
   double radius = 0;
-  int place = -1;  // the particle with the largest entry of the vector
+  int place = -1;  // particle with the largest entry of the vector
 };
 
 // Returns start vectors of the power iterations. The fastest vibrations of an image change sign
-// from texel to texel; the random part covers vibrations that do not. Random vectors alone need
-// three times the iterations.
+// from texel to texel; the random part covers vibrations that do not. Random vectors alone would
+// need more iterations.
 std::vector<Vec3> alternating_vectors(const Scene& scene) {
   const Vec3 slanted(1, 0.4, 0.7);
   std::mt19937 random(1);
@@ -108,13 +107,14 @@ Spectrum spectral_radius(Dynamics& dynamics, const BlockMatrix& matrix) {
   return {radius, place_of_largest(vector)};
 }
 
-// Returns the typical size (m) of a quad. Finite differences displace particles by `part_of_length`
-// times this size, a range over which forces are nearly linear.
+// Returns the typical size (m) of a quad.
 double usual_length(const Scene& scene) {
   Eigen::AlignedBox3d box;
   for (int i = 0; i < scene.dynamic_particles; ++i) box.extend(scene.initial_position[i]);
   return box.diagonal().norm() / std::sqrt(scene.dynamic_particles);
 }
+// Displacement of finite differences, as a fraction of the size of a quad. Forces are nearly linear
+// over it.
 constexpr double part_of_length = 1e-6;
 
 Eigen::Map<const Eigen::ArrayXd> components(std::span<const Vec3> vectors) {

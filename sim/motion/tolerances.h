@@ -13,11 +13,11 @@ namespace weft::sim {
 // if a value is not finite.
 bool error_weights(const TimeCase& options, std::span<const double> y, std::span<double> weights);
 
-// The velocity tolerance of the case, m/s; by default 100 /s * position_tolerance.
+// Returns the velocity tolerance of the case (m/s). By default it is 100 /s * position_tolerance.
 double velocity_tolerance(const TimeCase& options);
 
-// Returns the particle with the largest weighted error, for error messages. `errors` has 6 *
-// particles components; a value that is not finite counts as the largest.
+// Returns the particle with the largest weighted error. `errors` and `weights` have 6 * particles
+// entries. A value that is not finite counts as the largest.
 int worst_particle(std::span<const double> errors, std::span<const double> weights);
 
 }  // namespace weft::sim

@@ -43,14 +43,14 @@ void refuse_crossings(const Scene& scene) {
                         body.surface_mesh().triangles, body.self_contact});
   }
   std::vector<Crossing> crossings = find_crossings(surfaces);
-  // Obstacles may overlap each other: nothing is simulated between them.
+  // Obstacles may intersect each other, because no contact acts between them.
   std::erase_if(crossings, [&](const Crossing& c) {
     return scene.bodies[c.surface_a].is_obstacle && scene.bodies[c.surface_b].is_obstacle;
   });
   if (!scene.sewn.is_empty())
     std::erase_if(crossings, [&](const Crossing& c) { return are_sewn(scene, c); });
   if (crossings.empty()) return;
-  // Lists a pair of quads once, even if several of its triangles cross.
+  // A pair of quads is listed once, even if several pairs of their triangles intersect.
   std::vector<std::string> places;
   for (const Crossing& c : crossings) {
     std::string place = describe_triangle(scene, c.surface_a, c.triangle_a) + "  with  " +

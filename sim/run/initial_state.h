@@ -1,13 +1,14 @@
-// The check of an initial state.
+// The check of a scene's initial state.
 #pragma once
 
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
 
-// Throws CaseError for an initial state in which surfaces intersect or have no gap, and lists the
-// places. Also throws it if features of one body that share no vertex lie within contact range.
-// Does nothing without contact.
+// Throws CaseError if surfaces intersect or touch in the initial state; obstacles may intersect
+// each other. The message lists the first intersections. Also throws it if features of one body
+// that share no vertex are closer than thickness + contact.range. Does nothing if contact is
+// disabled.
 void check_initial_state(const Scene& scene);
 
 }  // namespace weft::sim

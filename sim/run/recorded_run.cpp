@@ -29,7 +29,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Steps the simulation and hands its states to the recorder.
+// A run: steps the simulation and passes its states to the recorder.
 class Run final : private StepObserver {
  public:
   Run(const Scene& scene, const RunOptions& options)
@@ -45,7 +45,7 @@ class Run final : private StepObserver {
     monitor_.emplace(scene, options.stop_signal);
   }
 
-  // Runs the case. `started` is a stopwatch from before the set-up.
+  // Runs the case and returns the report. `started` was started before the set-up.
   RunReport execute(const Stopwatch& started) {
     setup_ = started.elapsed() - report_.bill.error_estimate;
     say_start();
@@ -54,8 +54,8 @@ class Run final : private StepObserver {
     cpu_limit_.emplace(scene_.source.compute.cpu_limit.value_or(no_limit));
     cpu_limit_->exclude(-options_.earlier.pilot.cpu);
     simulation_.set_reason_to_stop([this] { return reason_to_stop(); });
-    // The first step may take as long as the set-up. Frames that would wait too long are committed
-    // first.
+    // The first step may take as long as the set-up did. Waiting frames are committed now if they
+    // would otherwise wait too long.
     recorder_->commit_before_pause(started.elapsed().wall);
     integrate();
     recorder_->commit();
@@ -106,7 +106,7 @@ class Run final : private StepObserver {
     recorder_.reset();
   }
 
-  // Completes the bill. The run's cost is the remainder after all other parts.
+  // Sets all parts of the bill. The cost of the run is the total cost less all other parts.
   void settle(const Stopwatch& started) {
     Bill& bill = report_.bill;
     const Cost here = started.elapsed();
@@ -133,13 +133,14 @@ class Run final : private StepObserver {
     last_recorded_ = time;
   }
 
-  // Records the next frame of the case.
+  // Records the state `y` as the next frame of the case.
   void record_next(std::span<const double> y) {
     record(*frame_times_.at(next_frame_), y);
     ++next_frame_;
   }
 
-  // Records the frames up to the end of the last step. `memory` receives the interpolated states.
+  // Records the frames up to the end of the last step. `memory` is work memory for interpolated
+  // states.
   std::optional<Failure> record_frames(std::vector<double>& memory) {
     for (auto time = frame_times_.at(next_frame_); time && *time <= simulation_.time();
          time = frame_times_.at(next_frame_)) {
@@ -149,8 +150,8 @@ class Run final : private StepObserver {
     return std::nullopt;
   }
 
-  // Compares the state with the second run. The bill counts the cost of that run separately, and
-  // compute.cpu_limit excludes it.
+  // Compares the state with that of the second, more exact run, and returns the errors. The cost is
+  // counted as that of the error estimate, and does not count towards compute.cpu_limit.
   std::span<const double> compare(double time, std::span<const double> y) {
     const Stopwatch stopwatch;
     const auto errors = monitor_->compare(time, y);
@@ -168,8 +169,8 @@ class Run final : private StepObserver {
       if (is_interrupted()) return interrupt();
       if (const auto failure = simulation_.step()) return end_with(*failure);
       if (const auto failure = record_frames(interpolated)) return fail(*failure);
-      // The next step may take as long as this one. Frames that would wait too long are committed
-      // first.
+      // The next step may take as long as this one did. Waiting frames are committed now if they
+      // would otherwise wait too long.
       recorder_->commit_before_pause(seconds_since(last_look));
       last_look = std::chrono::steady_clock::now();
       if (options_.progress) options_.progress(std::min(simulation_.time(), duration));
@@ -188,10 +189,10 @@ class Run final : private StepObserver {
     return std::nullopt;
   }
 
-  // Ends the run after a step that failed, or whose energy was found wrong.
+  // Ends the run after a step that returned a failure.
   void end_with(const Failure& failure) {
     if (failure.kind == Failure::Kind::interrupted) return interrupt();
-    // After a failure of energy, the last frame holds the last good state.
+    // The state after a failure of energy is wrong. The last frame is the last good state.
     if (failure.kind == Failure::Kind::energy) return fail(failure);
     fail_with_last_state(failure);
   }
@@ -204,7 +205,7 @@ class Run final : private StepObserver {
     report_.reason = failure.text;
     report_.failure = failure;
   }
-  // Fails, and records the last good state as an additional frame.
+  // Ends the run with a failure, and records the last good state as an additional frame.
   void fail_with_last_state(const Failure& failure) {
     fail(failure);
     if (simulation_.time() > last_recorded_) record(simulation_.time(), simulation_.state());
@@ -217,7 +218,7 @@ class Run final : private StepObserver {
   std::optional<FrameRecorder> recorder_;
   std::optional<ErrorMonitor> monitor_;
   std::optional<CpuLimit> cpu_limit_;
-  Cost setup_;  // less RunOptions::earlier
+  Cost setup_;  // cost of the set-up, without RunOptions::earlier
   FrameTimes frame_times_;
   long next_frame_ = 0;
   double last_recorded_ = 0;

@@ -1,4 +1,4 @@
-// One run of a case: from its scene to a trajectory file and a report.
+// A recorded run of a case, which produces a trajectory file and a report.
 #pragma once
 
 #include <atomic>
@@ -22,56 +22,62 @@ struct Scene;
 struct RunOptions {
   std::string trajectory;  // path of the HDF5 file; a missing folder is created
   bool force = false;      // overwrites an existing file
-  // Measures the error by a second, more exact run beside this one (sim/accuracy/error_monitor.h).
-  // The trajectory then has a series error_estimate_BODY (m) per dynamic body. Not allowed with
-  // method `static`.
+  // If true, a second, more exact run beside this one measures the error
+  // (sim/accuracy/error_monitor.h). The trajectory then has a series error_estimate_BODY (m) per
+  // dynamic body. Not allowed with method `static`.
   bool estimate_error = false;
-  // Costs before this call: set-up, pilot and their total. The report's bill includes them, and
-  // compute.cpu_limit counts the pilot.
+  // Costs before run_simulation(): set-up, pilot and their total. The report's bill includes them.
+  // The pilot's CPU time also counts towards compute.cpu_limit.
   Bill earlier;
-  // Called after every step with the simulated time (s). May be empty.
+  // Is called after every step with the simulated time (s). The function may be empty.
   std::function<void(double time)> progress;
-  // Called with each choice that the run makes by itself, before and during the run. May be empty.
+  // Is called with a description of each choice that the run makes by itself, and with warnings
+  // about the case. The function may be empty.
   std::function<void(const std::string& text)> notice;
-  // A nonzero value stops the run after the current step. A signal handler may set it. May be null.
+  // A nonzero value asks the run to stop; the run then ends at the latest after the current step. A
+  // signal handler may set the value. The pointer may be null.
   const std::atomic<int>* stop_signal = nullptr;
 };
 
 struct RunReport {
   enum class Status { done, failed, interrupted };
   Status status = Status::done;
-  std::string reason;              // why the run failed (fault, bodies, time) or was stopped
-  std::optional<Failure> failure;  // set after a failure; the reason is its text
-  double simulated_time = 0;       // s; after a failure, time of the last good state
+  std::string reason;              // reason of a failure or a stop, in words; else empty
+  std::optional<Failure> failure;  // set after a failure; `reason` is then its text
+  double simulated_time = 0;       // s; after a failure, the time of the last good state
   Bill bill;                       // includes RunOptions::earlier
   int frames = 0;
   IntegratorCounts counts;
-  // The smallest gap (m) in any step's last force evaluation; empty if no pair came into reach.
+  // Smallest gap (m) over all steps, each at its last force evaluation. Empty if no pair came into
+  // reach.
   std::optional<double> smallest_gap;
-  std::string compute;         // device of the contact search, and why; empty without contact
-  std::string decision;        // last choice that the integrator made by itself; often empty
-  double largest_stretch = 0;  // l / L - 1 over all frames and edges
-  std::vector<std::pair<std::string, double>> energies;  // J, by name; of the last frame
+  std::string compute;         // device of the contact search and its reason; empty without contact
+  std::string decision;        // last choice that the integrator made by itself; empty if none
+  double largest_stretch = 0;  // largest l / L - 1 over all frames and edges
+  std::vector<std::pair<std::string, double>> energies;  // energies (J) of the last frame, by name
   Statistics statistics;
-  std::optional<ErrorEstimate> error_estimate;  // if requested
-  std::string trajectory;
+  std::optional<ErrorEstimate> error_estimate;  // set if RunOptions::estimate_error
+  std::string trajectory;                       // path of the HDF5 file
 };
 
 // Returns the status as --json writes it: "done", "failed", "interrupted".
 const char* status_name(RunReport::Status status);
 
-// Returns the reason to report for a run that this signal (RunOptions::stop_signal) interrupted.
+// Returns RunReport::reason for a run that a signal interrupted: the value of
+// RunOptions::stop_signal.
 std::string reason_of_signal(int signal);
 
-// Runs to the end of the case, a failure or a stop. The trajectory then holds every frame up to
-// that time and, after a failure, the last good state as an additional frame. Throws CaseError for
-// an initial state that cannot be simulated, before any file is written. Throws FileError if the
-// file cannot be written.
+// Runs the scene until the end of the case, a failure or a stop. The trajectory then holds all
+// frames up to that time. After a failure, its last frame is the last good state. Throws CaseError
+// for an initial state that cannot be simulated, before any file is written. Throws FileError if
+// the file cannot be written.
 RunReport run_simulation(const Scene& scene, const RunOptions& options);
-// Settles time.accuracy first, as `weft run` does (accuracy_pilot.h).
+// Runs the case in the same way. If the case gives time.accuracy, correct_accuracy() first chooses
+// the method and its settings (sim/accuracy/accuracy_pilot.h).
 RunReport run_simulation(Case source, const RunOptions& options);
 
-// Returns the report of a run that its pilot ended. `bill` holds the costs up to then.
+// Returns the report of a run that ended during its pilot. `bill` holds the costs so far.
+// `stop_signal` is RunOptions::stop_signal; it must not be null if the pilot was interrupted.
 RunReport ended_by_pilot(const PilotReport& pilot, const Bill& bill,
                          const std::atomic<int>* stop_signal);
 

@@ -10,9 +10,9 @@ namespace weft::sim {
 
 namespace {
 
-// Returns a copy of the scene whose initial positions are the present ones, because integrators
-// start from the initial state. All initial velocities are zero; awake bodies get theirs when the
-// integrator restarts.
+// Returns a copy of the scene with `position` as initial positions of the dynamic particles,
+// because integrators start from the initial state. All initial velocities are zero; velocities of
+// awake bodies come from the state with which the integrator restarts.
 Scene at_present(const Scene& whole, std::span<const Vec3> position) {
   Scene scene = whole;
   std::copy(position.begin(), position.end(), scene.initial_position.begin());
@@ -42,8 +42,8 @@ int AwakeScene::whole_particle(int particle) const {
          whole_.bodies[whole_body_[body]].first_particle;
 }
 
-// Calls copy(first, whole_first, count) for each run of doubles that belongs to an awake body. The
-// run starts at `first` in a state of this scene and at `whole_first` in a state of the whole.
+// Calls copy(first, whole_first, count) for each range of `count` numbers of an awake body. The
+// range begins at `first` in a state of scene_, and at `whole_first` in a state of whole_.
 template <class Copy>
 void AwakeScene::visit_vectors(const Copy& copy) const {
   for (int b = 0; b < scene_.dynamic_bodies; ++b) {

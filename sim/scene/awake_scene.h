@@ -14,18 +14,20 @@ namespace weft::sim {
 // bodies that are not dynamic in `whole`.
 class AwakeScene {
  public:
-  // `asleep` has a mark for each dynamic body of `whole`: not zero if it sleeps. `position` has the
-  // present positions of the dynamic particles of `whole`, m. Preconditions: at least one body
-  // sleeps, at least one is awake, and no sleeping body has a pin that moves. `whole` must outlive
-  // this object.
+  // `asleep` has a mark for each dynamic body of `whole`; a nonzero mark means that the body
+  // sleeps. `position` has the present positions of the dynamic particles of `whole`, m.
+  // Preconditions: at least one body sleeps, at least one is awake, and no sleeping body has a pin
+  // that moves. `whole` must outlive this object.
   AwakeScene(const Scene& whole, std::span<const char> asleep, std::span<const Vec3> position);
 
   const Scene& scene() const { return scene_; }
-  // Return the index in `whole` of a body or a particle of scene().
+  // whole_body() and whole_particle() return the index in `whole` of a body or a particle of
+  // scene().
   int whole_body(int body) const { return whole_body_[body]; }
   int whole_particle(int particle) const;
-  // Copy the positions and velocities of awake bodies between a state (StateView,
-  // sim/motion/dynamics.h) of `whole` and a state of scene().
+  // gather() copies the positions and velocities of awake bodies from a state of `whole` to a state
+  // of scene(), and scatter() copies them back. States are those of StateView
+  // (sim/motion/dynamics.h).
   void gather(std::span<const double> whole, std::span<double> awake) const;
   void scatter(std::span<const double> awake, std::span<double> whole) const;
 
@@ -35,7 +37,7 @@ class AwakeScene {
 
   const Scene& whole_;
   Scene scene_;
-  std::vector<int> whole_body_;  // index in `whole` of each body
+  std::vector<int> whole_body_;  // by body of scene_: index in whole_
 };
 
 }  // namespace weft::sim

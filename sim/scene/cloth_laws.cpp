@@ -81,9 +81,9 @@ Vec3 warp_direction(const SceneBody& body, int triangle) {
   const auto edge = [&](int from, int to) -> Vec3 {
     return body.rest[nodes[to]] - body.rest[nodes[from]];
   };
-  // The triangles of a quad are (row, col), (row, col + 1), (row + 1, col) and (row, col + 1), (row
-  // + 1, col + 1), (row + 1, col). The edge along the row has the nodes 0, 1 in the first and 2, 1
-  // in the second.
+  // The first triangle of a quad has the nodes (row, col), (row, col + 1), (row + 1, col). The
+  // second has (row, col + 1), (row + 1, col + 1), (row + 1, col). The edge along the row therefore
+  // joins nodes 0 and 1 of the first triangle, and nodes 2 and 1 of the second.
   const Vec3 along = triangle % 2 == 0 ? edge(0, 1) : edge(2, 1);
   if (body.warp_angle == 0) return along;
   const Vec3 normal = edge(0, 1).cross(edge(0, 2)).normalized();

@@ -1,4 +1,4 @@
-// The laws of elasticity of a cloth's material.
+// The elastic laws of a material of cloth.
 #pragma once
 
 #include <optional>
@@ -13,9 +13,9 @@
 
 namespace weft::sim {
 
-// Elastic laws of triangles in the axes of warp and weft: over the Green strain (E_11, E_22, 2
-// E_12), with moduli in N/m, and over the curvature (kappa_11, kappa_22, 2 kappa_12), with moduli
-// in N m.
+// Elastic laws of triangles in the axes of warp and weft. A StretchLaw is over the Green strain
+// (E_11, E_22, 2 E_12), with moduli in N/m. A BendingLaw is over the curvature (kappa_11, kappa_22,
+// 2 kappa_12), with moduli in N m.
 using StretchLaw =
     std::variant<materials::LinearLaw, materials::CurvedStretch, materials::MeasuredStretch>;
 using BendingLaw = std::variant<materials::LinearLaw, materials::CurvedBending>;
@@ -26,13 +26,13 @@ std::optional<StretchLaw> stretch_law(const MaterialCase& material);
 // Returns the law of bending; std::nullopt for shells and for cloth that does not resist bending.
 std::optional<BendingLaw> bending_law(const MaterialCase& material);
 
-// Returns the moduli of bending at zero curvature, N m; zero for cloth that does not resist
-// bending.
+// Returns the moduli of bending at zero curvature, N m. They are zero for cloth that does not
+// resist bending.
 materials::OrthotropicModuli flat_bending_moduli(const MaterialCase& material);
 
-// Returns the direction of the warp in a triangle of a body's mesh, in the plane of the rest shape:
-// a vector of any length, m. The body's warp angle turns it from the rows of the image towards the
-// columns.
+// Returns the direction of the warp in a triangle of a body's mesh, in the plane of the rest shape.
+// The result is a vector (m) of any length. It lies along the rows of the image if the warp angle
+// of the body is zero. A positive angle turns it towards the columns.
 Vec3 warp_direction(const SceneBody& body, int triangle);
 
 }  // namespace weft::sim

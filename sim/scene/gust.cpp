@@ -8,8 +8,8 @@ namespace weft::sim {
 
 Gust::Gust(const GustCase& source)
     : mean_(source.mean), amplitude_(source.intensity * std::sqrt(2.0 / waves)) {
-  // The C++ standard fixes the numbers of this generator, but not those of the library's
-  // distributions.
+  // The C++ standard fixes the numbers of this generator. It does not fix those of the library's
+  // distributions, which are not used here.
   std::mt19937_64 random(static_cast<std::uint64_t>(source.seed));
   for (int k = 0; k < waves; ++k) {
     const double share = static_cast<double>(random() >> 11) * 0x1p-53;

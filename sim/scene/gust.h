@@ -12,13 +12,15 @@ namespace weft::sim {
 //
 //   S(w) = sigma^2 (2 T / pi) / (1 + (w T)^2),
 //
-// where sigma is its standard deviation and T its integral time scale. Its autocorrelation is that
-// of an Ornstein-Uhlenbeck process, sigma^2 exp(-|t| / T). A sum of cosines with random phases
-// represents it (M. Shinozuka, G. Deodatis: Simulation of stochastic processes by spectral
-// representation, Applied Mechanics Reviews 44, 1991). The spectrum is cut into `waves` bands of
-// equal energy. Each band has one cosine at its median, w_k = tan(pi/2 (k + 1/2) / waves) / T, with
-// the amplitude sigma sqrt(2 / waves). The variance is therefore exact, and the speed is smooth in
-// time. The generator of the phases is fixed, so a seed gives the same gust on every machine.
+// where sigma is the standard deviation of the speed and T its integral time scale. The
+// autocorrelation is that of an Ornstein-Uhlenbeck process, sigma^2 exp(-|t| / T).
+//
+// The speed is a sum of cosines with random phases (M. Shinozuka, G. Deodatis: Simulation of
+// stochastic processes by spectral representation, Applied Mechanics Reviews 44, 1991). The
+// spectrum is cut into `waves` bands of equal energy. Each band has one cosine at its median, w_k =
+// tan(pi/2 (k + 1/2) / waves) / T, with the amplitude sigma sqrt(2 / waves). The variance is
+// therefore exact, and the speed is smooth in time. The generator of the phases is fixed, so a seed
+// gives the same gust on every machine.
 class Gust {
  public:
   static constexpr int waves = 64;
@@ -36,7 +38,7 @@ class Gust {
     double phase;      // rad
   };
   Vec3 mean_;
-  double amplitude_;  // of each wave, as a fraction of the mean
+  double amplitude_;  // amplitude of each wave, as a fraction of the mean speed
   std::vector<Wave> waves_;
 };
 

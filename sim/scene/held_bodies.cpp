@@ -7,8 +7,8 @@ namespace weft::sim {
 
 namespace {
 
-// Returns a mark for each body: 1 if it is held as a whole. A body with a moving pin must have no
-// other pin, because contact and its friction require obstacles to be rigid.
+// Returns a mark for each body: 1 if it is held as a whole. A body with several pins, one of which
+// moves, is not held as a whole, because contact and its friction require obstacles to be rigid.
 std::vector<char> find_held(const Scene& scene, const std::vector<PrescribedMotion>& pins) {
   std::vector<char> is_held, moves(scene.bodies.size(), 0);
   std::vector<int> pin_count(scene.bodies.size(), 0);
@@ -27,8 +27,8 @@ std::vector<char> find_held(const Scene& scene, const std::vector<PrescribedMoti
   return is_held;
 }
 
-// Returns values by particle in a new order of bodies. `all` may end before the last body; bodies
-// beyond its end are skipped.
+// Returns values by particle in a new order of bodies. `all` may have values for the first bodies
+// only; other bodies are skipped.
 template <class Value>
 std::vector<Value> reordered(const std::vector<Value>& all, const std::vector<SceneBody>& bodies,
                              const std::vector<int>& order) {

@@ -13,10 +13,10 @@ namespace weft::sim {
 
 namespace {
 
-// Gauss points of order 4 on [0, 1]; both weights are 1/2.
+// Gauss points on [0, 1] of the rule with two points, whose weights are both 1/2.
 constexpr std::array<double, 2> gauss{0.21132486540518712, 0.78867513459481288};
 
-// The surface of cloth: bilinear in each cell of the image.
+// The surface of cloth, bilinear in each cell of the image.
 class CellSurface {
  public:
   explicit CellSurface(const SceneBody& body) : atlas_(body.atlas) {}
@@ -111,7 +111,8 @@ class Finder {
     VertexSelection only;
     only.edges = {edge};
     only.patch = load_.vertices.patch;
-    select_vertices(only, load_.location, "load", body_.atlas, positions_);  // refuses a wrong edge
+    // Throws CaseError if the surface has no such edge.
+    select_vertices(only, load_.location, "load", body_.atlas, positions_);
     const int patch = only.patch;
     const bool is_row = edge == "first_row" || edge == "last_row";
     const bool is_first = edge == "first_row" || edge == "first_col";

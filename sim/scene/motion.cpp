@@ -19,8 +19,8 @@ Eigen::AngleAxisd angle_axis(const Vec3& rotation_vector) {
   return {angle, angle > 0 ? Vec3(rotation_vector / angle) : Vec3(Vec3::UnitX())};
 }
 
-// Returns the rotation vector of the turn from one orientation to another. All three are rotation
-// vectors, rad. RigidMotion says how the turn is chosen.
+// Returns the rotation vector of the rotation from one orientation to another. Orientations are
+// rotation vectors, too (rad). RigidMotion states which rotation is chosen.
 Vec3 turn_between(const Vec3& from, const Vec3& to) {
   if (from.cross(to).norm() <= 1e-12 * from.norm() * to.norm()) return to - from;
   const Eigen::AngleAxisd shortest(Eigen::Quaterniond(angle_axis(to)) *
@@ -28,9 +28,9 @@ Vec3 turn_between(const Vec3& from, const Vec3& to) {
   return shortest.axis() * shortest.angle();
 }
 
-// Return the largest slope and the largest magnitude of the curvature of the easing for s in an
-// interval. The slope rises up to s = 1/2 and then falls. The curvature has its extremes, +-10 /
-// sqrt(3), at (3 -+ sqrt(3)) / 6.
+// largest_slope() and largest_curvature() return the largest slope of the easing and the largest
+// magnitude of its second derivative for s in an interval. The slope rises up to s = 1/2 and then
+// falls. The second derivative has its extremes, +-10 / sqrt(3), at (3 -+ sqrt(3)) / 6.
 double largest_slope(double from, double to) { return eased_slope(std::clamp(0.5, from, to)); }
 double largest_curvature(double from, double to) {
   double largest = std::max(std::abs(eased_curvature(from)), std::abs(eased_curvature(to)));
@@ -41,8 +41,8 @@ double largest_curvature(double from, double to) {
   return largest;
 }
 
-// Returns a bound (m) of the distance between two points of an arc: the smaller of its length and
-// its diameter.
+// Returns an upper bound (m) of the distance between two points of an arc. It is the smaller of the
+// length of the arc and its diameter.
 double arc_travel(double angle, double radius) { return radius * std::min(angle, 2.0); }
 
 }  // namespace
@@ -51,8 +51,8 @@ Eigen::Matrix3d rotation_from_degrees(const Vec3& rotation_deg) {
   return angle_axis(rotation_deg * radians_per_degree).toRotationMatrix();
 }
 
-// Never inlined, so that every caller gets the same bits: copies inlined into different callers may
-// fuse different products and sums.
+// Never inlined, so that every caller gets the same bits. Copies inlined into different callers
+// might fuse different products and sums.
 [[gnu::noinline]] void RigidPose::place(const Vec3& start, Vec3& position, Vec3& rate) const {
   const Vec3 arm = rotation * (start - centre);
   position = arm + centre + translation;
@@ -163,13 +163,13 @@ MotionBounds RigidMotion::bounds(double from, double to, double radius) const {
                        : keyframe_bounds(from, to, radius);
 }
 
-// `stray` is the least of three bounds. Each bounds the distance between a point and uniform motion
-// along its chord, over all fractions q of an interval of length h:
-// - 2 q (1 - q) h v, if the speed is at most v: largest at q = 1/2.
-// - q (1 - q) a h^2 / 2, if the acceleration is at most a throughout. A point that rests for a part
-//   of the interval is compared with one that moves on. This adds at most twice the way that the
-//   latter moves in that part.
-// - The travel, which bounds the distance from any place on the path to both its ends.
+// `stray` is the smallest of three bounds. Each of them bounds the distance between a point and
+// uniform motion along its chord, at all fractions q of an interval of length h:
+// - 2 q (1 - q) h v if the speed is at most v. Its maximum is at q = 1/2.
+// - q (1 - q) a h^2 / 2 if the acceleration is at most a during the whole interval. A point that
+//   rests for a part of the interval is compared with one that moves on. This adds at most twice
+//   the distance that the second point moves in that part.
+// - The travel, which bounds the distance of every place on the path from both ends of the path.
 MotionBounds RigidMotion::constant_velocity_bounds(double from, double to, double radius) const {
   const double begin = std::max(from, start_time_), end = std::min(to, stop_time_);
   if (!(begin < end)) return {};

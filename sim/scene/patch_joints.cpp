@@ -11,7 +11,7 @@ namespace weft::sim {
 
 namespace {
 
-// A border of a patch with the line of control points beside it.
+// A border of a patch, with the control points in the row or column next to it.
 struct Border {
   int patch = 0;
   const char* name = "";
@@ -56,7 +56,7 @@ std::vector<Border> borders_of(const bsi::Atlas& atlas) {
   return borders;
 }
 
-// Rotates and reverses the points of `border` until they equal the points of `with`, in order.
+// Rotates and reverses the order of the points of `border` until they equal the points of `with`.
 // Returns false if the borders have different points.
 bool align(const Border& with, Border& border) {
   if (border.is_closed != with.is_closed || border.points.size() != with.points.size())
@@ -85,7 +85,8 @@ bool align(const Border& with, Border& border) {
 
 std::vector<PatchJoint> find_patch_joints(const bsi::Atlas& atlas) {
   const std::vector<Border> borders = borders_of(atlas);
-  std::map<std::pair<int, int>, std::array<int, 2>> users;  // borders of an edge; -1: none
+  // The one or two borders that contain an edge, as indices in `borders`; -1: none.
+  std::map<std::pair<int, int>, std::array<int, 2>> users;
   for (int b = 0; b < static_cast<int>(borders.size()); ++b) {
     for (int i = 0; i < borders[b].edges(); ++i) {
       const auto [place, is_new] = users.try_emplace(borders[b].edge(i), std::array{b, -1});

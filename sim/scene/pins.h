@@ -10,12 +10,12 @@
 
 namespace weft::sim {
 
-// Returns the particles of the body (local indices, sorted, each once) that the selectors name:
-// corners, edges, ranges of rows and columns, and the box. Several selectors select the union of
-// their vertices. A range of rows together with one of columns selects the block where they meet.
-// `positions` (m, by particle) are compared with the box. Throws CaseError at `where` if the body
-// lacks the patch, a range lies outside the image, a closed axis has no such corner or edge, or
-// nothing is selected. `owner` is the name in the message: "pin", "tie" or "load".
+// Returns the particles of a body (local indices, sorted, each once) that a case file selects by
+// corners, edges, ranges of rows and columns, or a box. Several selectors select the union of their
+// vertices. A range of rows together with a range of columns selects the block where both meet. The
+// box selects by `positions` (m, by particle). Throws CaseError at `where` if the body lacks the
+// patch, a range lies outside the image, a closed axis has no such corner or edge, or nothing is
+// selected. `owner` names the selecting table in messages: "pin", "tie" or "load".
 std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLocation& where,
                                  const std::string& owner, const bsi::Atlas& atlas,
                                  std::span<const Vec3> positions);

@@ -1,4 +1,4 @@
-// The bodies of a scene that its trajectory records, whole or in part.
+// The bodies of a scene that its trajectory records, as a whole or in part.
 #pragma once
 
 #include <optional>
@@ -10,25 +10,26 @@
 namespace weft::sim {
 
 // A part of a body: some rows and columns of each of its patches. An axis stays closed if the part
-// covers it from end to end. Texels that share a particle in the body share one in the part.
+// contains both ends of it. Texels that share a particle in the body also share one in the part.
 struct ImagePart {
   bsi::Atlas atlas;
-  std::vector<int> rows, cols;  // indices in the body's patches, by row and column of the part
-  std::vector<int> particles;   // index in the body of each particle of the part
+  std::vector<int> rows, cols;  // by row or column of the part: index in the body's patches
+  std::vector<int> particles;   // by particle of the part: local index in the body
 };
 
-// Returns the part of an image. Throws CaseError at the part if its rows or columns lie outside the
-// image or are too few. A surface needs two along an open axis and three along a closed one.
-// O(texels of the part + particles of the body).
+// Returns a part of an image. Throws CaseError at the part if its rows or columns lie outside the
+// image or are too few. Along an open axis a surface needs two rows or columns, along a closed axis
+// three. O(texels of the part + particles of the body).
 ImagePart make_part(const bsi::Atlas& whole, const OutputPartCase& part);
 
 struct RecordedBody {
   int body = 0;                   // index into Scene::bodies
   int order = 0;                  // index into Scene::case_order
-  std::optional<ImagePart> part;  // empty: the whole body
+  std::optional<ImagePart> part;  // empty if the whole body is recorded
 
   // Returns the entries of the recorded particles. `values` has `width` entries for each particle
-  // of the body. For a part, the result is a view of `memory`.
+  // of the body. For a part, the entries are copied to `memory`, and the result is a view of
+  // `memory`.
   template <class Entry>
   std::span<const Entry> of_recorded(std::span<const Entry> values, int width,
                                      std::vector<Entry>& memory) const {

@@ -24,13 +24,14 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double default_thickness = 1e-3;  // m, in contact
+constexpr double default_thickness = 1e-3;  // m, thickness of cloth in contact
 
 void refuse_flat_triangles(const SceneBody& body, const SourceLocation& where) {
   for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = body.mesh.triangles[t];
     const Vec3 u = body.rest[b] - body.rest[a], v = body.rest[c] - body.rest[a];
-    // A triangle below this relative area is refused: its stiffness would swamp that of all others.
+    // A triangle with a smaller relative area is refused, because its stiffness would exceed that
+    // of all other triangles by far.
     if (u.cross(v).norm() > 1e-10 * (u.squaredNorm() + v.squaredNorm())) continue;
     const bsi::TexelAddress at = body.atlas.quad_address(static_cast<int>(t / 2));
     throw CaseError(where, "the rest shape of \"" + body.name +
@@ -46,8 +47,9 @@ Vec3 mean_of(std::span<const Vec3> points) {
   return sum / static_cast<double>(std::max<std::size_t>(1, points.size()));
 }
 
-// Repeats the memory check of case_checks.cpp for a shape from a file, whose number of vertices is
-// known only now. Bodies and obstacles built before count with their actual vertices too.
+// Checks the memory that the case needs once a shape file has been read, because the number of its
+// vertices is known only then. Bodies and obstacles built before count with their actual numbers of
+// vertices.
 void refuse_beyond_memory(const Scene& scene, const ShapeCase& shape, int vertices) {
   if (shape.type != ShapeType::file) return;
   SceneSize size = size_of_case(scene.source);
@@ -71,7 +73,8 @@ SceneBody make_body(const std::string& name, const ShapeCase& shape, const Scene
   } catch (const std::invalid_argument& error) {
     throw CaseError(shape.location, error.what());
   }
-  // Without contact, only triangles are kept: edges and owners take five times as much memory.
+  // Without contact, only the triangles are kept, because edges and owners take several times as
+  // much memory.
   if (!source.contact.enabled) {
     bsi::Mesh triangles;
     triangles.triangles.swap(body.mesh.triangles);
@@ -168,7 +171,7 @@ void add_pins(Scene& scene, const BodyCase& from, SceneBody& body,
     if (pin.clamp && body.spline) named = with_clamped_rows(body, pin, std::move(named));
     for (const int local : named) {
       const int particle = body.first_particle + local;
-      if (scene.pinned[particle] != 0) continue;  // the first pin that names a vertex holds it
+      if (scene.pinned[particle] != 0) continue;  // the first pin that selects a vertex holds it
       scene.pinned[particle] = 1;
       held.particles.push_back(particle);
       held.start.push_back(scene.initial_position[particle]);
@@ -197,14 +200,14 @@ void add_loads(Scene& scene) {
   }
 }
 
-// Returns the default number of threads. With fewer particles per thread, threads would wait longer
-// for each other than they save (docs/decisions/0025).
+// Returns the default number of threads. If threads had fewer particles, they would lose more time
+// waiting for each other than they save (docs/decisions/0025).
 int threads_that_pay(int particles) {
   constexpr int particles_per_thread = 4096;
   return std::clamp(particles / particles_per_thread, 1, omp_get_num_procs());
 }
 
-// Moves prescribed particles to their places at t = 0.
+// Moves the particles of prescribed motions to their places at t = 0.
 void apply_initial_motions(Scene& scene) {
   for (const PrescribedMotion& held : scene.prescribed) {
     std::vector<Vec3> position(held.start), velocity(held.start.size(), Vec3::Zero());
@@ -306,7 +309,7 @@ std::unique_ptr<const Scene> build_scene(const Case& source) {
   add_ties(*scene);
   add_seams(*scene);
   number_surface_points(*scene);
-  recorded_bodies(*scene);  // throws for a part that does not fit
+  recorded_bodies(*scene);  // throws CaseError for a part that does not fit its body
   return scene;
 }
 

@@ -1,4 +1,4 @@
-// The keys of a case that vary in time, and the parts of the scene that they affect.
+// The keys of a case that vary in time, and the bodies that they affect.
 #pragma once
 
 #include <string>
@@ -10,32 +10,31 @@
 
 namespace weft::sim {
 
-// A key of the case that varies in time.
+// A key of a case whose value varies in time.
 struct SceneCurve {
-  std::string key;  // "world.wind", "material.cotton.mass_damping"
+  std::string key;  // for example "world.wind" or "material.cotton.mass_damping"
   std::variant<const Varying<double>*, const Varying<Vec3>*> source;  // points into the case
   CurveTimes times;
-  std::string unused;  // why it acts on nothing; empty if it acts on something
-  // A change of the value can set bodies at rest in motion: all bodies, or those of
-  // `moves_materials`.
+  std::string unused;  // reason why the key has no effect; empty if it has one
+  // True if a change of the value can set any body at rest in motion.
   bool moves_all = false;
-  std::vector<std::string> moves_materials;
+  std::vector<std::string> moves_materials;  // materials whose bodies it can set in motion
 };
 
 // Returns the keys of a case that vary in time, in the order of the case.
 std::vector<SceneCurve> find_curves(const Case& source);
 
-// The varying keys of a case, without those that act on nothing.
+// The varying keys of a case that have an effect.
 class SceneCurves {
  public:
   explicit SceneCurves(const Case& source);
 
-  // Returns the corners and jumps after t = 0, where steps must end, by time.
+  // Returns the corners and jumps of all curves after t = 0, sorted by time. Steps must end there.
   std::vector<MotionEvent> events() const;
-  // Returns the longest step (s) that resolves every gust; infinity without one.
+  // Returns the longest step (s) that resolves every gust, or infinity if there is no gust.
   double longest_step() const;
-  // Returns true if a curve changes after `from` and before `to` (s) and can set a body of this
-  // material in motion from rest.
+  // Returns true if a curve that can set bodies of this material in motion changes after `from` and
+  // before `to` (s).
   bool may_move(const std::string& material, double from, double to) const;
 
  private:

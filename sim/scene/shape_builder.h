@@ -6,8 +6,8 @@
 
 namespace weft::sim {
 
-// Returns the surface of a shape in its own frame, m. A shape from a file is read, others are made
-// around the origin. Throws CaseError at the shape's place in the case.
+// Returns the surface of a shape in its own frame, m. The surface is read from a file or made
+// around the origin. Throws CaseError at the place of the shape in the case.
 bsi::Surface build_shape(const ShapeCase& shape, const Case& source);
 
 }  // namespace weft::sim

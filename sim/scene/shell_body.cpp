@@ -26,11 +26,11 @@ void require_control_points(const SceneBody& body, const BodyCase& from) {
   }
 }
 
-// Gauss points per element along each axis, for masses.
+// Number of Gauss points per element along each axis, for masses.
 constexpr int mass_points = 4;
 
-// Returns the area (m^2) per parameter area at a point of the rest surface; 0 if the tangents are
-// parallel up to rounding.
+// Returns the area (m^2) per parameter area at a point of the rest surface. The result is 0 if the
+// tangents are parallel up to rounding.
 double area_factor(const SceneBody& body, const SplineSurface::Point& point) {
   const Vec3 tangent_u = point.tangent_u(body.rest), tangent_v = point.tangent_v(body.rest);
   const double area = tangent_u.cross(tangent_v).norm();
@@ -105,9 +105,9 @@ std::vector<BesideBorder> rows_beside_borders(const SceneBody& body, std::span<c
   const auto is_held = [&](int particle) { return std::ranges::binary_search(held, particle); };
   for (std::size_t p = 0; p < body.atlas.patches().size(); ++p) {
     const bsi::Patch& patch = body.atlas.patches()[p];
-    // Adds the control points of the row or column `next` if all those of the row or column
-    // `border` are held. particle(line, i) returns control point i of a row or column, 0 <= i <
-    // count.
+    // Adds the control points of row or column `next` if all control points of row or column
+    // `border` are held. particle(line, i) returns control point i of row or column `line`, where 0
+    // <= i < count.
     const auto add_beside = [&](int border, int next, int count, const auto& particle) {
       for (int i = 0; i < count; ++i) {
         if (!is_held(particle(border, i))) return;

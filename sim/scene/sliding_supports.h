@@ -12,32 +12,33 @@ namespace weft::sim {
 struct PinCase;
 struct SceneBody;
 
-// Holds one component of a particle's position, or of the vector to it from another particle, its
-// base: direction . (x - x_base) = direction . (start - start_base). The pin's motion moves both
-// starts. Particles are local indices.
+// Holds one component of a particle's position x, or of its difference from another particle, the
+// base: direction . (x - x_base) = direction . (start - start_base). Without a base, both base
+// terms are zero. The motion of the pin moves `start` and `start_base`. Particles are local
+// indices.
 struct SlidingSupport {
   int particle = 0;
   int base = -1;  // -1: no base
   Vec3 direction{0, 0, 0};
   Vec3 start{0, 0, 0}, start_base{0, 0, 0};  // m, at t = 0
-  int pin = 0;                               // index in the list of the body
+  int pin = 0;                               // index of the pin in the body's list
 };
 
-// The supports of a body, and the motions of its pins.
+// The supports of a body, with the motions of its pins.
 struct SlidingSupports {
   std::vector<SlidingSupport> all;
   std::vector<RigidMotion> motions;  // by pin
-  std::vector<char> moves;           // by pin
+  std::vector<char> moves;           // by pin: nonzero if it moves
 };
 
-// Appends the supports of a pin that has `axes` or a plane of symmetry. `number` is the pin's index
-// in the body's list of pins. `held` are the particles that the pin selects (local indices,
-// sorted); `position` has the body's particles at t = 0, m.
+// Appends the supports of a pin with `axes` or with a plane of symmetry. `number` is the index of
+// the pin in the body's list. `held` has the particles that the pin selects (local indices,
+// sorted). `position` has the body's particles at t = 0, m.
 //
-// A plane of symmetry supports all particles of `held` along its normal. It also holds the row of
-// control points next to each border that lies wholly in `held`: their offsets from the border keep
-// their components along the plane. Throws CaseError at the pin if the particles do not lie in one
-// plane of symmetry.
+// A plane of symmetry supports all particles of `held` along its normal. It also holds the control
+// points next to each border that lies wholly in `held`: their offsets from the border keep their
+// components along the plane. Throws CaseError at the pin if the particles of `held` do not lie in
+// one plane of symmetry.
 void add_sliding_supports(const SceneBody& body, const PinCase& pin, int number,
                           std::span<const int> held, std::span<const Vec3> position,
                           SlidingSupports& supports);

@@ -9,7 +9,7 @@ namespace weft::sim {
 
 namespace {
 
-// Abscissae on [0, 1] and weights of Gauss-Legendre rules.
+// A Gauss-Legendre rule: abscissae on [0, 1] and their weights.
 struct GaussRule {
   std::vector<double> abscissae, weights;
 };
@@ -48,15 +48,16 @@ Eigen::MatrixXd values_at(const SplineAxis& axis, const std::vector<double>& par
   return values;
 }
 
-// The strain points at the start of an open axis. The next points are at `next`, `next` + 1 .. and
-// have weight 1.
+// The strain points at the start of an open axis. The points after them are at `next`, `next` + 1
+// and so on, with weight 1.
 struct EndRule {
   std::vector<QuadraturePoint> points;
   double next;
-  int least_elements;  // of an axis with this rule at both ends
+  int least_elements;  // least number of elements of an axis with this rule at both ends
 };
-// Returns the rule for a degree. Degree 3 has a hybrid Gauss-trapezoidal rule of order 6 (Alpert
-// 1999, SIAM J. Sci. Comput. 20). Degree 2 has Gregory's rule of order 4, whose points are knots.
+// Returns the end rule for a degree. For degree 3 it is a hybrid Gauss-trapezoidal rule of order 6
+// (Alpert 1999, SIAM J. Sci. Comput. 20). For degree 2 it is Gregory's rule of order 4, whose
+// points are knots.
 const EndRule& end_rule(int degree) {
   static const EndRule quadratic{{{0, 3.0 / 8}, {1, 7.0 / 6}, {2, 23.0 / 24}}, 3, 6};
   static const EndRule cubic{{{0.092043746485430549, 0.267358028130155544},
@@ -75,7 +76,7 @@ SplineAxis::SplineAxis(int degree, int control_points, bool is_closed)
   assert(control_points >= least_control_points(degree));
 }
 
-// Returns knot i of the knot vector. Function i of the whole axis has the knots i .. i + degree +
+// Returns knot i of the knot vector. Basis function i of the axis has the knots i .. i + degree +
 // 1.
 double SplineAxis::knot(int i) const {
   return is_closed_ ? i - degree_ : std::clamp(i - degree_, 0, elements());
@@ -106,7 +107,8 @@ SplineBasis SplineAxis::at(int element, double parameter) const {
   const int span = element + degree_;
   // The derivative of function i of degree d is
   //   d (low_(i-1) / (t_(i+d) - t_i) - low_i / (t_(i+d+1) - t_(i+1))),
-  // where low has degree d - 1. A term without a function in low is zero.
+  // where t are its knots, and `low` has the functions of degree d - 1. Terms with functions that
+  // are not in `low` are zero.
   const auto differentiate = [&](const SplineBasis::Values& low, int d) {
     SplineBasis::Values slope{};
     for (int i = 0; i <= d; ++i) {
@@ -127,9 +129,8 @@ SplineBasis SplineAxis::at(double parameter) const {
   return at(element, parameter);
 }
 
-// Computes the factors by which the differences of control points become those of the derivatives:
-// p / (u_{i+p+1} - u_{i+1}), and p - 1 over the next shorter interval (Piegl and Tiller 1997, The
-// NURBS Book, chapter 3).
+// The factors are p / (u_{i+p+1} - u_{i+1}) for the first derivative of degree p. For the second
+// they are (p - 1) / (u_{i+p+1} - u_{i+2}) (Piegl and Tiller 1997, The NURBS Book, chapter 3).
 SplineAxis::DifferenceFactors SplineAxis::difference_factors(int element) const {
   DifferenceFactors factors;
   for (int i = 0; i < degree_; ++i) {
@@ -168,9 +169,10 @@ std::vector<QuadraturePoint> SplineAxis::gauss_points(int per_element) const {
   return points;
 }
 
-// The strain points integrate smooth functions to any order away from open ends. For degree 2, one
-// of them is at the end itself: two points inside the first element would keep that element from
-// bending. A point at the end does not restrain a clamped end, where the strain is zero anyway.
+// Away from open ends, the strain points integrate smooth functions to any order. For degree 2, one
+// point is at the end itself, because two points inside the first element would keep the element
+// from bending. A point at the end does not restrain a clamped end, where the strain is zero
+// anyway.
 std::vector<QuadraturePoint> SplineAxis::strain_points() const {
   if (is_closed_) return points_of_elements(degree_ == 3 ? 0.5 : 0);
   const auto& [end, next, least_elements] = end_rule(degree_);
@@ -183,15 +185,15 @@ std::vector<QuadraturePoint> SplineAxis::strain_points() const {
   return points;
 }
 
-// A single element has one Gauss point more than `degree`: some spline is zero at `degree` Gauss
-// points and would have no stiffness.
+// A single element needs one Gauss point more than `degree`. A spline that is zero at `degree`
+// Gauss points would have no stiffness.
 std::vector<QuadraturePoint> SplineAxis::value_points() const {
   if (is_closed_) return points_of_elements(degree_ == 3 ? 0 : 0.5);
   return gauss_points(elements() == 1 ? degree_ + 1 : degree_);
 }
 
-// A single cubic element has three Gauss points: some spline has second derivatives of zero at two
-// and would have no stiffness.
+// A single cubic element needs three Gauss points. A spline whose second derivatives are zero at
+// two Gauss points would have no stiffness.
 std::vector<QuadraturePoint> SplineAxis::bending_points() const {
   return gauss_points(!is_closed_ && elements() == 1 ? degree_ : 2);
 }
@@ -202,8 +204,8 @@ std::vector<QuadraturePoint> SplineAxis::points_of_elements(double offset) const
   return points;
 }
 
-// Returns the Greville abscissae of the splines of one degree less on the same knots, with the
-// weights that integrate the basis functions of these splines exactly.
+// Returns the Greville abscissae of the splines of degree - 1 on the same knots. Their weights
+// integrate the basis functions of these splines exactly.
 std::vector<QuadraturePoint> SplineAxis::greville_points_below() const {
   const int degree = degree_ - 1, count = elements() + degree;
   const auto knot = [&](int i) { return std::clamp(i - degree, 0, elements()); };

@@ -11,7 +11,7 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-constexpr int samples_per_element = 2;  // along each axis
+constexpr int samples_per_element = 2;  // number of samples per element along each axis
 
 // Returns the parameters of the samples along an axis.
 std::vector<double> sample_parameters(const SplineAxis& axis, bool is_closed) {
@@ -22,8 +22,8 @@ std::vector<double> sample_parameters(const SplineAxis& axis, bool is_closed) {
   return parameters;
 }
 
-// Numbers the samples of all patches. Samples at the same point of a seam are equal sums of
-// particles, up to rounding. They get the same number.
+// Numbers the samples of all patches. Samples at the same point of a seam have the same weights up
+// to rounding, and get the same number.
 class SeamPoints {
  public:
   int number_of(std::span<const SurfaceMap::Share> shares) {
@@ -37,7 +37,7 @@ class SeamPoints {
   std::map<std::vector<std::pair<int, long long>>, int> numbers_;
 };
 
-// The places of the samples of all patches, and the sizes of their images.
+// The places of all samples, and the patches of their image.
 struct Samples {
   std::vector<bsi::Patch> patches;
   std::vector<SplineSurface::Place> places;
@@ -82,8 +82,8 @@ SplineSampling::SplineSampling(const bsi::Atlas& control_points, const SplineSur
 
 namespace {
 
-// Returns a bound of |x_uu| + 2 |x_uv| + |x_vv| (m) over an element from its control points. `x`
-// has them row by row.
+// Returns an upper bound of |x_uu| + 2 |x_uv| + |x_vv| (m) over an element. `x` has the control
+// points of the element, row by row.
 double largest_second_derivative(const SplineSurface::Patch& patch, int element_u, int element_v,
                                  std::span<const Vec3> x) {
   const int degree = patch.u.degree(), count = degree + 1;

@@ -1,5 +1,4 @@
-// The triangles that represent a spline surface in contact, in pictures and in the check for
-// intersections (docs/theory.md, section 12).
+// Triangles that represent a spline surface, for example in contact (docs/theory.md, section 12).
 #pragma once
 
 #include <span>
@@ -10,20 +9,20 @@
 
 namespace weft::sim {
 
-// Samples of a surface at the ends and in the middle of its elements along each axis, as an image.
-// Samples at the same point of a seam are one point.
+// Samples of a spline surface, as an image. Along each axis, they lie at the ends and in the middle
+// of the elements. Samples at the same point of a seam are one point.
 struct SplineSampling {
   SplineSampling(const bsi::Atlas& control_points, const SplineSurface& surface);
 
-  bsi::Atlas atlas;  // of the samples
-  SurfaceMap map;    // from control points, by particle, to samples
+  bsi::Atlas atlas;  // image of the samples
+  SurfaceMap map;    // from control points (particles) to samples
 };
 
-// Returns an upper bound (m) of the distance of a surface with these control points from the
-// triangles between its samples. The bound is s^2 / 8 times the largest |x_uu| + 2 |x_uv| + |x_vv|,
-// the error of linear interpolation, where s is the distance of two samples in the parameter.
-// Second derivatives of splines are splines themselves and lie within the hull of their control
-// points. O(control points).
+// Returns an upper bound (m) of the distance between the spline surface with these control points
+// and the triangles between its samples. The bound is the error of linear interpolation: s^2 / 8
+// times the largest |x_uu| + 2 |x_uv| + |x_vv|. s is the distance of neighbouring samples in the
+// parameter. Second derivatives of splines are splines, too, and lie within the hull of their
+// control points. O(control points).
 double deviation_from_samples(const bsi::Atlas& atlas, const SplineSurface& surface,
                               std::span<const Eigen::Vector3d> control_points);
 

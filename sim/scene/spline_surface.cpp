@@ -69,7 +69,8 @@ SurfaceMap SplineSurface::map_to(const bsi::Atlas& atlas, std::span<const Place>
   std::vector<SurfaceMap::Share> shares;
   for (const Place& place : places) {
     const Point point = at(atlas, place);
-    std::map<int, double> weights;  // a collapsed border has one particle for a row of points
+    // At a collapsed border, a particle may be several control points.
+    std::map<int, double> weights;
     for (std::size_t i = 0; i < point.value.size(); ++i) {
       if (point.value[i] != 0) weights[point.control_points[i]] += point.value[i];
     }

@@ -10,8 +10,9 @@
 
 namespace weft::sim {
 
-// The surface of a body: one tensor-product spline per patch of its atlas. The parameter u grows
-// with the column, v with the row. Patches that share a border of particles share the curve there.
+// The surface of a body, with one tensor-product spline per patch of its atlas. The parameter u
+// grows with the column, v with the row. Patches that share a border of particles share the curve
+// there.
 class SplineSurface {
  public:
   using Vec3 = Eigen::Vector3d;
@@ -19,14 +20,14 @@ class SplineSurface {
     SplineAxis u, v;
     int elements() const { return u.elements() * v.elements(); }
   };
-  // A point of a patch, by its parameters.
+  // The parameters of a point of a patch.
   struct Place {
     int patch = 0;
     double u = 0, v = 0;
   };
 
-  // The control points that determine a point, with the values of their basis functions there and
-  // the derivatives by u and v.
+  // The control points on which a point depends, with the values of their basis functions at the
+  // point and the derivatives of these functions by u and v.
   struct Point {
     std::vector<int> control_points;
     std::vector<double> value, slope_u, slope_v;
@@ -37,7 +38,8 @@ class SplineSurface {
       for (std::size_t i = 0; i < factors.size(); ++i) total += factors[i] * x[control_points[i]];
       return total;
     }
-    // The tangents (m) along u and v; x are the positions of the control points.
+    // tangent_u() and tangent_v() return the tangents (m) along u and v, and position() the point
+    // (m). `x` has the positions of all control points of the surface (m).
     Vec3 tangent_u(std::span<const Vec3> x) const { return sum(slope_u, control_points, x); }
     Vec3 tangent_v(std::span<const Vec3> x) const { return sum(slope_v, control_points, x); }
     Vec3 position(std::span<const Vec3> x) const { return sum(value, control_points, x); }
@@ -49,21 +51,22 @@ class SplineSurface {
   int degree() const { return degree_; }
   int nodes_per_element() const { return (degree_ + 1) * (degree_ + 1); }
   const std::vector<Patch>& patches() const { return patches_; }
-  // Returns the control points of an element, row by row (u fastest).
+  // Returns the control points of an element (local indices of particles), row by row.
   std::vector<int> control_points(const bsi::Atlas& atlas, int patch, int element_u,
                                   int element_v) const;
 
   Point at(const bsi::Atlas& atlas, const Place& place) const;
 
-  // Returns the control points of the surface that passes through an image of points (m, by
-  // particle). The control points of a border depend only on the image's points of that border, so
-  // that patches which share it agree.
+  // Returns the control points (m, by particle) of the surface that passes through an image of
+  // points (m, by particle). The control points of a border depend only on the image's points of
+  // the same border, so that patches which share the border agree.
   std::vector<Vec3> interpolate(const bsi::Atlas& atlas, std::span<const Vec3> image) const;
 
-  // Returns the points of the surface at places, as weighted sums of control points.
+  // Returns the map from control points to the points of the surface at `places`.
   SurfaceMap map_to(const bsi::Atlas& atlas, std::span<const Place> places) const;
-  // Returns the places of the image's points, by particle. The surface of interpolate() passes
-  // through the image there. A particle of several patches has its place in the first of them.
+  // Returns the places on the surface, by particle, at which the surface of interpolate() passes
+  // through the image's points. If a particle belongs to several patches, its place is in the first
+  // of them.
   std::vector<Place> image_places(const bsi::Atlas& atlas) const;
 
  private:

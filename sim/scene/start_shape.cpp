@@ -31,8 +31,7 @@ std::vector<Vec3> bend(const std::vector<Vec3>& points, double radius, double di
   for (Vec3& point : bent) {
     const double s = point.dot(along) - middle, z = point.z();
     point += ((radius - z) * std::sin(s / radius) - s) * along;
-    // 1 - cos(s / R) is computed from the half angle, which avoids cancellation if the bend is
-    // slight.
+    // 1 - cos(s / R) is computed from the half angle to avoid cancellation in slight bends.
     const double half_sine = std::sin(0.5 * s / radius);
     point.z() = z + 2 * (radius - z) * half_sine * half_sine;
   }

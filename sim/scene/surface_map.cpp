@@ -10,8 +10,8 @@ SurfaceMap::SurfaceMap(std::vector<int> first_share, std::vector<Share> shares)
          first_share_.back() == static_cast<int>(shares_.size()));
 }
 
-// The sum starts from the first term, not from zero: a single weight of 1 gives the particle's own
-// bits.
+// The sum starts with the first term instead of zero, so that a single weight of 1 gives exactly
+// the particle's bits.
 Eigen::Vector3d SurfaceMap::apply(int point, std::span<const Vec3> particles) const {
   const std::span<const Share> of_point = shares(point);
   Vec3 sum = of_point[0].weight * particles[of_point[0].particle];
@@ -24,8 +24,8 @@ void SurfaceMap::apply(std::span<const Vec3> particles, std::span<Vec3> points, 
   for (int i = first; i < last; ++i) points[i] = apply(i, particles);
 }
 
-// The weight is multiplied by the factor first: a single weight of 1 gives the bits of factor *
-// value.
+// The weight is multiplied by the factor first, so that a single weight of 1 gives exactly the bits
+// of factor * value.
 void SurfaceMap::add_transpose(int point, double factor, const Vec3& value,
                                std::span<Vec3> particles) const {
   for (const auto& [particle, weight] : shares(point))

@@ -6,8 +6,7 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the map of the scene. A body without a map has one particle with the weight 1 in each
-// point.
+// Returns the map of the scene. In a body without a map of its own, each point is a particle.
 SurfaceMap joined_map(const std::vector<SceneBody>& bodies) {
   if (std::ranges::none_of(bodies, [](const SceneBody& body) { return body.sampled.has_value(); }))
     return {};

@@ -1,4 +1,4 @@
-// File shapes: images of positions from HDF5 files.
+// Reads images of positions from HDF5 files, for shapes.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -21,7 +21,7 @@ namespace {
 using hdf5::Access;
 using hdf5::Handle;
 
-// A pipe that closes each end exactly once.
+// A pipe whose ends are each closed exactly once.
 class Pipe {
  public:
   Pipe() {
@@ -46,7 +46,8 @@ class Pipe {
   std::array<int, 2> ends_{-1, -1};
 };
 
-// Writes all bytes. Returns false if the other end is closed.
+// Writes `size` bytes. Returns false if an error occurs, for example because the reading end is
+// closed.
 bool send(int pipe, const void* data, std::size_t size) {
   const auto* bytes = static_cast<const char*>(data);
   while (size > 0) {
@@ -72,8 +73,8 @@ bool receive(int pipe, void* data, std::size_t size) {
   return true;
 }
 
-// The first bytes in the pipe. They give the size of the image, or the length of the error message
-// that follows; zero means no message.
+// The first bytes in the pipe: the size of the image, and the length of the error message that
+// follows. A length of zero means that there was no error.
 struct Header {
   std::int64_t patches = 0, rows = 0, cols = 0;
   std::int64_t message = 0;
@@ -92,7 +93,7 @@ herr_t append_image(hid_t file, const char* name, const H5O_info_t* info, void* 
   return 0;
 }
 
-// Returns the message for a missing dataset. It names the images that the file has.
+// Returns the message for a missing dataset. The message names the images that the file has.
 std::string describe_missing(hid_t file, const std::string& dataset) {
   std::vector<std::string> images;
   H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, append_image, &images, H5O_INFO_BASIC);

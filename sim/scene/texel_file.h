@@ -9,16 +9,16 @@
 
 namespace weft::sim {
 
-// Vertices of a shape, m, ordered by patch, row and column.
+// The vertices of a shape (m), ordered by patch, row and column.
 struct TexelFile {
   int patches = 0, rows = 0, cols = 0;
   std::vector<Vec3> texels;
 };
 
 // Reads a dataset [rows, cols, 3] or [patches, rows, cols, 3]. A separate process reads the file,
-// since HDF5 crashes on some damaged files. Throws FileError if the file cannot be read, or if that
-// process crashes. Files that store less than their shape claims, or whose numbers take more than
-// `most_bytes`, are refused before memory is allocated.
+// because HDF5 crashes on some damaged files. Throws FileError if the file cannot be read, or if
+// the process crashes. Also throws it, before memory is allocated, if the file stores fewer numbers
+// than the dataset's shape claims or if the numbers take more than `most_bytes`.
 TexelFile read_texels(const std::string& path, const std::string& dataset,
                       double most_bytes = std::numeric_limits<double>::infinity());
 

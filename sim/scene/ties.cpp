@@ -26,7 +26,8 @@ int case_index(const Case& source, const std::string& name) {
   return index;
 }
 
-// Attaches a spring to the point of a body's surface that is nearest to `vertex` at t = 0.
+// Sets nodes, weights, place and length of a spring to those of the point on `body` that is nearest
+// to `vertex` at t = 0.
 void attach_to_surface(const Scene& scene, const SceneBody& body, const Vec3& vertex,
                        TieSpring& spring) {
   const Vec3* const position = scene.initial_position.data() + body.first_particle;

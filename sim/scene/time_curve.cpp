@@ -6,7 +6,8 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the index of the last time that is not after `time`; -1 if all are later.
+// Returns the index of the last entry of `times` that is not after `time`, or -1 if all entries are
+// later.
 int piece_at(const std::vector<double>& times, double time) {
   return static_cast<int>(std::upper_bound(times.begin(), times.end(), time) - times.begin()) - 1;
 }

@@ -1,4 +1,4 @@
-// Values of a case that vary in time, evaluated by forces, and the times at which they limit steps.
+// Values of a case that may vary in time, and the times at which they limit steps.
 #pragma once
 
 #include <array>
@@ -12,33 +12,34 @@
 
 namespace weft::sim {
 
-// A value of a case that can be evaluated at any time.
+// A value of a case as a function of time.
 template <class Value>
 class TimeCurve {
  public:
   explicit TimeCurve(const Varying<Value>& source);
 
   bool varies() const { return varies_; }
-  // Returns the value at an instant. Cost: O(log times); O(waves) for a gust.
+  // Returns the value at an instant. O(log times) for a curve, O(waves) for a gust.
   Value at(const Instant& now) const;
 
  private:
   bool varies_;
-  Value constant_;          // if it does not vary
-  CurveCase<Value> curve_;  // if it has times
+  Value constant_;          // value if it does not vary
+  CurveCase<Value> curve_;  // times and values if it is a curve
   std::optional<Gust> gust_;
 };
 
 extern template class TimeCurve<double>;
 extern template class TimeCurve<Vec3>;
 
-// The times of a varying value that limit the choice of steps.
+// Times at which a varying value limits steps.
 struct CurveTimes {
   // Corners and jumps after t = 0, where steps must end.
   std::vector<MotionEvent> events;
-  // Intervals (s) in which the value changes; a jump is an interval of no length.
+  // Intervals (s) in which the value changes. At a jump, both ends of the interval are the same.
   std::vector<std::array<double, 2>> changes;
-  double longest_step = std::numeric_limits<double>::infinity();  // s; resolves a gust
+  // Longest step (s) that resolves the gust; infinite if there is no gust.
+  double longest_step = std::numeric_limits<double>::infinity();
 
   // Returns true if the value changes after `from` and before `to` (s).
   bool changes_between(double from, double to) const;

@@ -35,7 +35,7 @@ Vec3 mean_of(std::span<const Vec3> position, const std::vector<int>& particles) 
   return sum / static_cast<double>(particles.size());
 }
 
-// Returns the edges at the rim of a clamp. Edges that the clamp held before keep their ghosts.
+// Returns the edges at the rim of a clamp. An edge that the clamp held before keeps its ghost.
 std::vector<ClampedEdge> clamped_edges(const SceneBody& body, const TimedHold& hold,
                                        const RigidPose& pose, std::span<const Vec3> position,
                                        const TimedHold* before) {
@@ -50,8 +50,8 @@ std::vector<ClampedEdge> clamped_edges(const SceneBody& body, const TimedHold& h
   return edges;
 }
 
-// Returns the hold of a pin on these particles. `before` is the pin's previous hold, null if it has
-// none.
+// Returns the hold of a pin on `particles`. `before` is the previous hold of the pin, or null if it
+// had none.
 TimedHold hold_of(int pin, const PinCase& source, const SceneBody& body, std::vector<int> particles,
                   double now, std::span<const Vec3> position, const TimedHold* before) {
   TimedHold hold;
@@ -59,7 +59,8 @@ TimedHold hold_of(int pin, const PinCase& source, const SceneBody& body, std::ve
   hold.particles = std::move(particles);
   hold.centre = before != nullptr ? before->centre : mean_of(position, hold.particles);
   RigidPose pose;
-  // At t = 0 the start of a particle is its place in the case, even if the motion begins elsewhere.
+  // At t = 0 the start of a particle is its place in the case, even if the motion of the pin begins
+  // elsewhere.
   if (source.motion && now > 0) pose = RigidMotion(*source.motion, hold.centre).pose(now);
   for (const int particle : hold.particles) {
     if (before != nullptr) {

@@ -8,33 +8,33 @@
 
 namespace weft::sim {
 
-// Returns true if a pin of the body takes hold or lets go during a run. All pins of the body are
-// then timed.
+// Returns true if any pin of the body takes hold or lets go during a run. In this case all pins of
+// the body are timed.
 bool has_timed_pins(const BodyCase& body);
 
-// Lists the timed pins of a scene and the particles that they hold at t = 0. Moves the particles of
-// moving pins to their places at t = 0. Precondition: the scene has all its bodies. Throws
+// Sets the timed pins of a scene and the particles that they hold at t = 0. Moves the particles of
+// moving timed pins to their places at t = 0. Precondition: the scene has all its bodies. Throws
 // CaseError as select_pinned() (pins.h), and at a clamp that holds no edge.
 void add_timed_pins(Scene& scene);
 
-// Returns the particles that timed pins hold from `event` (s) on, a time at which pins change. A
-// pin holds from its hold_time to its release_time. If several pins select a particle, the first of
-// the case holds it. `position` has the dynamic particles (m) at the time `now` (s), which differs
-// from `event` by less than a shortest step. A pin holds the particles that it takes over at these
-// positions. `before` has the holds until then.
+// Returns the particles that timed pins hold after the change of pins at `event` (s). A pin holds
+// from its hold_time to its release_time. If several pins select a particle, the first of them in
+// the case holds it. `position` has the positions of the dynamic particles (m) at the time `now`
+// (s), which is close to `event`. Pins hold the particles that they take over at these positions.
+// `before` has the holds before the change.
 std::vector<TimedHold> find_holds(const Scene& whole, double event, double now,
                                   std::span<const Vec3> position,
                                   std::span<const TimedHold> before);
 
-// Returns the scene from a change of pins at `event` (s) to the next one. Its timed pins hold the
-// particles of `holds`, and its dynamic particles start at `position` (m). Its material pointers
-// and timed pins point into `whole`, which must outlive it.
+// Returns the scene between the change of pins at `event` (s) and the next change. Its timed pins
+// hold the particles of `holds`, and its dynamic particles start at `position` (m). Its pointers to
+// materials and pins point into `whole`, which must outlive it.
 Scene hold_timed_pins(const Scene& whole, const std::vector<TimedHold>& holds, double event,
                       std::span<const Vec3> position);
 
 // Sets the positions and velocities of pinned particles in a state (StateView,
-// sim/motion/dynamics.h) to their prescribed ones at `time` (s). Where a prescribed velocity jumps,
-// they get the one after the jump, or the one before if `before_jump`.
+// sim/motion/dynamics.h) to their prescribed values at `time` (s). Where a prescribed velocity
+// jumps, the particles get the velocity after the jump or, if `before_jump`, before it.
 void place_pinned(const Scene& scene, double time, bool before_jump, std::span<double> y);
 
 }  // namespace weft::sim

@@ -50,7 +50,7 @@ ChangingSceneIntegrator::ChangingSceneIntegrator(const Scene& scene, Dynamics& w
   copy_state();
 }
 
-// A change that is at most the shortest step away counts as reached, as in MotionLimits.
+// A change within time.minimum_step counts as reached.
 bool ChangingSceneIntegrator::is_change_due() const {
   return time() + scene_.source.time.minimum_step >= stage_->scene.pins_change_at;
 }
@@ -89,8 +89,8 @@ double ChangingSceneIntegrator::overload(double time, std::span<const double> y)
   return most;
 }
 
-// Returns a time (s) within the last step at which the load of a tie passes its break_force.
-// Bisection finds it to within time.minimum_step.
+// Returns a time (s) within the last step at which the load of a tie exceeds its break_force.
+// Bisection finds this time to within time.minimum_step.
 double ChangingSceneIntegrator::breaking_time() const {
   double holds = before_, breaks = time();
   std::vector<double> y(whole_.state_size());
@@ -107,7 +107,7 @@ double ChangingSceneIntegrator::breaking_time() const {
 void ChangingSceneIntegrator::break_ties() {
   const double now = breaking_time();
   std::vector<double> y(state().begin(), state().end());
-  // Cannot fail: breaking_time() has tried this state.
+  // state_at() cannot fail, because breaking_time() has tried this state.
   if (now < time() && state_at(now, y)) return;
   std::string names;
   auto springs = stage_->breakable.begin();
@@ -150,7 +150,8 @@ void ChangingSceneIntegrator::build() {
   stage_->integrator->set_reason_to_stop([this] { return reason_to_stop(); });
 }
 
-// Copies the state and places moving pins exactly. The methods hold them only within tolerances.
+// Copies the state and places moving pins exactly. Methods compute their positions only within
+// tolerances.
 void ChangingSceneIntegrator::copy_state() {
   state_.clear();
   if (!stage_->dynamics.pins_move()) return;

@@ -1,4 +1,5 @@
-// Simulates scenes whose pins take hold and let go at given times, and whose ties break.
+// Integrates scenes whose pins begin or cease to hold vertices at given times, and whose ties
+// break.
 #pragma once
 
 #include <functional>
@@ -16,23 +17,24 @@ namespace weft::sim {
 // True if the scene changes during a run: it has timed pins, or a tie may break.
 bool changes_in_time(const Scene& scene);
 
-// Integrates a scene that changes. Each time between two changes is a stage. A stage has a dynamics
-// and an integrator of its own, for the vertices that pins then hold and the ties that are intact.
-// The method begins anew at every change. States are those of the whole scene, with held vertices
-// in their places.
+// Integrates a scene that changes. The time between two changes is a stage. Each stage has its own
+// dynamics and integrator, for the vertices that pins hold and the ties that are intact in that
+// stage. The method restarts at every change. State arrays hold the whole scene, with held vertices
+// at their prescribed positions.
 //
-// Steps end at the changes of pins, up to time.minimum_step. If a tie carries more than its
+// A step ends at each change of pins, to within time.minimum_step. If a tie carries more than its
 // break_force at the end of a step, interpolation shortens the step to the time when the tie
 // reached this force.
 //
 // A released vertex keeps the velocity that its pin had before the release. A vertex that a pin
-// takes hold of gets the velocity of the pin at once.
+// begins to hold gets the velocity of the pin at once.
 class ChangingSceneIntegrator final : public Integrator {
  public:
   // `whole` is the dynamics of `scene`. Both must outlive the integrator.
   ChangingSceneIntegrator(const Scene& scene, Dynamics& whole);
-  // Sets a function that is called with a description after pins or ties have changed and, as in
-  // SleepingIntegrator, after bodies have fallen asleep or woken. To be set before the first step.
+  // Sets a function that is called with a description after pins or ties have changed, and in the
+  // cases of SleepingIntegrator::set_after_change(). Must be set before the first step or
+  // transfer().
   void set_after_change(std::function<void(const std::string&)> after_change) {
     after_change_ = std::move(after_change);
   }
@@ -53,9 +55,11 @@ class ChangingSceneIntegrator final : public Integrator {
   [[nodiscard]] bool transfer(StateArchive& archive) override;
   std::string decision() const override { return stage_->integrator->decision(); }
 
-  // Returns the dynamics of all bodies, with the vertices held and the ties intact at time().
+  // Returns the dynamics of all bodies, with the held vertices and intact ties of the present
+  // stage.
   Dynamics& dynamics() const { return stage_->dynamics; }
-  // Returns the integrator inside if bodies may sleep, else null. It changes with the stage.
+  // Returns the integrator of the present stage if it lets bodies sleep, else null. Each new stage
+  // replaces it.
   SleepingIntegrator* sleeping() const { return stage_->sleeping; }
 
  private:
@@ -80,14 +84,14 @@ class ChangingSceneIntegrator final : public Integrator {
   const Scene& scene_;
   Dynamics& whole_;
   std::function<void(const std::string&)> after_change_;
-  double event_ = 0;              // s, last change of pins
-  std::vector<TimedHold> holds_;  // present since event_
-  std::vector<int> broken_;       // numbers of ties
-  double before_ = 0;             // s, start of the last step
-  std::vector<Vec3> built_at_;    // m, positions of dynamic particles when stage_ was built
+  double event_ = 0;              // time of the last change of pins (s)
+  std::vector<TimedHold> holds_;  // vertices held by timed pins since event_
+  std::vector<int> broken_;       // numbers of the broken ties
+  double before_ = 0;             // start of the last step (s)
+  std::vector<Vec3> built_at_;    // positions (m) of dynamic particles when stage_ was built
   std::unique_ptr<Stage> stage_;
-  std::vector<double> state_;  // with held vertices in their places; empty unless pins move
-  IntegratorCounts earlier_;   // of earlier stages
+  std::vector<double> state_;  // state with held vertices placed; empty unless pins move
+  IntegratorCounts earlier_;   // counts of earlier stages
 };
 
 }  // namespace weft::sim

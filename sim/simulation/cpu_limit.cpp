@@ -32,7 +32,7 @@ std::string short_text(double number) {
 CpuLimit::CpuLimit(double limit)
     : limit_(limit), start_(process_cpu_time()), last_look_(std::chrono::steady_clock::now()) {}
 
-// Reads the clock of CPU time rarely: that takes a third of a microsecond, and a step may take only
+// Reads the clock of CPU time rarely, because reading it takes long compared with a step of
 // microseconds.
 bool CpuLimit::is_passed() {
   const auto now = std::chrono::steady_clock::now();

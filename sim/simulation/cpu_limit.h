@@ -10,21 +10,21 @@ namespace weft::sim {
 
 class CpuLimit {
  public:
-  // Starts to limit the CPU time (s) of the process, all threads together.
+  // Limits the CPU time of the process, all threads together, to `limit` (s) from now on.
   explicit CpuLimit(double limit);
   // True if the limit is exceeded. Reads the clock of CPU time at most once per millisecond. Other
-  // calls cost some tens of nanoseconds.
+  // calls read only a fast clock.
   bool is_passed();
-  // Excludes CPU time (s) that was spent on something else. A negative time adds CPU time spent
-  // earlier.
+  // Excludes `time` (s) of CPU time that was not spent on the run. A negative `time` counts CPU
+  // time spent before the start.
   void exclude(double time) { start_ += time; }
-  // Returns the failure of a run that exceeded the limit. Its text tells the time reached, the
-  // steps, and the fastest particle.
+  // Returns the failure of a run that exceeded the limit. Its text states the time reached, the
+  // numbers of steps and cut steps, and the fastest particle.
   Failure failure(const Simulation& simulation) const;
 
  private:
-  double limit_;  // s of CPU time, at the start
-  double start_;  // s of CPU time
+  double limit_;  // largest CPU time (s)
+  double start_;  // CPU time of the process at the start (s)
   std::chrono::steady_clock::time_point last_look_;
 };
 

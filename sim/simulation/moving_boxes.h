@@ -1,4 +1,4 @@
-// Boxes around moving obstacles. They tell when an obstacle comes near a sleeping body.
+// Boxes around moving obstacles, which show when an obstacle comes near a sleeping body.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,9 +8,9 @@
 
 namespace weft::sim {
 
-// Detects moving obstacles near a sleeping body. Contact cannot: it treats a sleeping body as an
-// obstacle, and does not search between obstacles. Bodies that are held as a whole and move count
-// as obstacles.
+// Detects moving obstacles near a sleeping body. Contact cannot detect them: it treats a sleeping
+// body as an obstacle, and ignores pairs of obstacles. A body whose motion is wholly prescribed
+// counts as an obstacle.
 class MovingBoxes {
  public:
   // The scene must outlive the boxes.
@@ -24,10 +24,10 @@ class MovingBoxes {
  private:
   struct Moving {
     const PrescribedMotion* held;
-    Vec3 centre, half_extents;  // m, of the box at t = 0
+    Vec3 centre, half_extents;  // centre and half extents of the box at t = 0 (m)
     double thickness;           // m
   };
-  double range_;  // m, of contact
+  double range_;  // contact.range (m)
   std::vector<Moving> moving_;
 };
 

@@ -34,7 +34,8 @@ void RestWatch::look(double time, std::span<const double> y, std::span<const cha
   }
 }
 
-// True if every vertex is slow and within `distance` (m) of its place at the window's start.
+// True if every vertex is slow and within `distance` (m) of its position at the start of the
+// window.
 bool RestWatch::stays(const SceneBody& body, std::span<const double> y, double distance) const {
   const StateView state = StateView::of(y);
   const double speed = velocity_tolerance(scene_.source.time);

@@ -9,13 +9,14 @@
 
 namespace weft::sim {
 
-// Watches each body over a window of at least half a second. The body is at rest if, since the
-// window's start, all its vertices have been slower than the velocity tolerance. In addition, none
-// may have been farther from its place at that start than
+// Watches each body over a window of at least half a second. A body is at rest if it passes all
+// checks since the start of its window. In a check, all its vertices must be slower than the
+// velocity tolerance. None may be farther from its position at the start of the window than
 //
 //   position_tolerance * window / (time left until time.duration, at least the window).
 //
-// A body that continued at that pace until the end would move by less than position_tolerance.
+// A body that continued with the mean velocity of such a window would move by at most
+// position_tolerance until the end.
 //
 // States are checked at most sixteen times per window. A check costs O(vertices of the bodies that
 // are checked).
@@ -23,18 +24,20 @@ class RestWatch {
  public:
   static constexpr double window = 0.5;  // s
 
-  // Begins the window of each body at `time` (s) in the state `y` (StateView,
+  // Begins the window of every body at `time` (s) in the state `y` (StateView,
   // sim/motion/dynamics.h). The scene must outlive this object.
   RestWatch(const Scene& scene, double time, std::span<const double> y);
 
+  // True if the last check is at least a sixteenth of a window before `time` (s).
   bool is_due(double time) const { return time >= last_look_ + window / 16; }
-  // Checks the state of all bodies that are not `asleep` (one mark per dynamic body).
+  // Checks all bodies that are not asleep in the state `y` at `time` (s). `asleep` is not zero for
+  // each dynamic body that sleeps. A body that fails begins a new window.
   void look(double time, std::span<const double> y, std::span<const char> asleep);
-  // True if the body was at rest at the last check.
+  // True if the body was at rest at the last check, at the end of a full window.
   bool is_at_rest(int body) const { return last_look_ - since_[body] >= window; }
   // Begins the windows of all bodies at `time` (s) in the state `y`.
   void begin(double time, std::span<const double> y);
-  // Begins the body's window anew at `time` (s) in the state `y`.
+  // Begins a new window of one body at `time` (s) in the state `y`.
   void begin_window(int body, double time, std::span<const double> y);
   void transfer(StateArchive& archive) { archive(place_, since_, last_look_); }
 
@@ -42,9 +45,9 @@ class RestWatch {
   bool stays(const SceneBody& body, std::span<const double> y, double distance) const;
 
   const Scene& scene_;
-  std::vector<Vec3> place_;    // m, by dynamic particle: at the start of the window
-  std::vector<double> since_;  // s, by dynamic body: start of its window
-  double last_look_ = 0;       // s, time of the last check
+  std::vector<Vec3> place_;    // position (m) of each dynamic particle at the start of the window
+  std::vector<double> since_;  // start of the window of each dynamic body (s)
+  double last_look_ = 0;       // time of the last check (s)
 };
 
 }  // namespace weft::sim

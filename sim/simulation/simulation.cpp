@@ -17,9 +17,8 @@ namespace weft::sim {
 
 namespace {
 
-// Number of explicit steps between two checks of their energies. Explicit steps are cheap, and
-// energy that a step adds by being too long remains visible. Steps before a frame are checked as
-// well.
+// Number of explicit steps between two checks of their energies. A check of every step would cost
+// too much. Energy that a long step adds by mistake remains visible in later steps.
 constexpr int explicit_steps_between_looks = 8;
 
 // First bytes of a saved state. The last digit is the version of its layout.
@@ -39,8 +38,8 @@ struct Simulation::Implementation {
   }
 
   void make_own_integrator();
-  // Returns the dynamics that is being integrated: without sleeping bodies, with the present pins
-  // and ties. awake_state() is its state.
+  // Returns the dynamics that is being integrated, without sleeping bodies and with the present
+  // pins and ties. awake_state() is its state.
   Dynamics& awake() {
     if (sleeping != nullptr) return sleeping->dynamics();
     return changing != nullptr ? changing->dynamics() : dynamics;
@@ -70,20 +69,24 @@ struct Simulation::Implementation {
   Statistics statistics;
   Dynamics dynamics;
   std::unique_ptr<Integrator> integrator;
-  SleepingIntegrator* sleeping = nullptr;       // `integrator`, or the one inside `changing`
-  ChangingSceneIntegrator* changing = nullptr;  // `integrator`, if the scene changes
+  // The integrator that lets bodies sleep: `integrator` or the integrator within `changing`. Null
+  // if bodies cannot sleep.
+  SleepingIntegrator* sleeping = nullptr;
+  // Equal to `integrator` if the scene changes in time, else null.
+  ChangingSceneIntegrator* changing = nullptr;
   std::optional<EnergyWatch> watch;
   int steps_since_look = 0;
-  double last_look = 0;  // s
+  double last_look = 0;  // time of the last check of the energy (s)
   std::string decision;
   std::string compute;
-  std::size_t contact_pairs = 0;       // in the last force evaluation of the last step
-  std::optional<double> smallest_gap;  // m, in that evaluation
+  std::size_t contact_pairs = 0;       // pairs in reach in the last force evaluation
+  std::optional<double> smallest_gap;  // smallest gap of these pairs (m)
   std::vector<StepObserver*> observers;
-  // The interpolated state that advance() has reached within the last step. Empty: the step's end.
+  // The interpolated state that advance() has reached within the last step. Empty if it is the end
+  // of the step.
   std::vector<double> inner_state;
   double inner_time = 0;
-  mutable std::optional<Energies> energies;  // after the last step
+  mutable std::optional<Energies> energies;  // energies after the last step; empty until computed
   mutable std::vector<Vec3> position, velocity;
   mutable bool is_expanded = false;
 };
@@ -118,7 +121,7 @@ bool Simulation::Implementation::is_look_due() const {
          frame_times.are_between(last_look, integrator->time());
 }
 
-// Judges the energy at the end of the last step, if a check is due.
+// Checks the energy at the end of the last step, if a check is due.
 std::optional<Failure> Simulation::Implementation::judge_step() {
   ++steps_since_look;
   if (!is_look_due()) return std::nullopt;

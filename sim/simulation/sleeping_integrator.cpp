@@ -11,8 +11,8 @@ namespace weft::sim {
 
 namespace {
 
-// Least share of the awake vertices that must fall asleep together. For fewer, the restart of the
-// method, which costs some short steps, would not pay.
+// Smallest fraction of the awake vertices that may fall asleep together. With fewer, the short
+// steps after the restart of the method would cost more than sleep saves.
 constexpr double least_share = 0.1;
 
 std::vector<char> find_moving_pins(const Scene& scene) {
@@ -38,8 +38,8 @@ std::vector<char> find_moving_pins(const Scene& scene) {
   return has_moving_pin;
 }
 
-// Returns the lowest body in the set of a body (union-find). set[i] is a body in the set of i, not
-// higher than i. The lowest body of a set refers to itself.
+// Returns the lowest body in the set of a body (union-find). set[i] is a body in the set of i, with
+// set[i] <= i. The lowest body of a set refers to itself.
 int root_of(std::vector<int>& set, int body) {
   while (set[body] != body) body = set[body] = set[set[body]];
   return body;
@@ -51,7 +51,7 @@ Energies no_energies(const Dynamics& dynamics) {
   return none;
 }
 
-// Returns a + factor * b. `b` may lack forces that `a` has.
+// Returns a + factor * b. Forces that only `a` has keep their energies.
 Energies sum_of(Energies a, double factor, const Energies& b) {
   a.kinetic += factor * b.kinetic;
   a.gravitational += factor * b.gravitational;
@@ -90,7 +90,7 @@ std::optional<Failure> SleepingIntegrator::step() {
   const double start = time();
   whole_.begin_step(start);
   for (;;) {
-    // Recording a frame evaluates contact, which marks touched bodies. These marks are dropped,
+    // Recording a frame evaluates contact, which marks touched bodies. These marks are removed,
     // because frames must not change the steps.
     if (Contact* contact = dynamics().contact()) contact->forget_touched();
     auto failure = integrator_->step();
@@ -99,7 +99,7 @@ std::optional<Failure> SleepingIntegrator::step() {
     const std::vector<int> touched = is_stopped ? std::vector<int>{} : touched_islands(start);
     if (!touched.empty()) {
       wake(start, touched);
-      if (!failure) --earlier_.steps;  // the step is taken back
+      if (!failure) --earlier_.steps;  // a step that is taken back does not count
       continue;
     }
     if (failure) return in_whole(std::move(*failure));
@@ -216,7 +216,7 @@ void SleepingIntegrator::fall_asleep() {
   if (!rests) return;
   const std::vector<int> islands = find_islands();
   std::vector<char> next = bodies_that_may_sleep(islands);
-  // One island stays awake, even if all are at rest.
+  // One island stays awake, even if all bodies are at rest.
   if (std::ranges::all_of(next, [](char asleep) { return asleep != 0; })) {
     const auto first = std::ranges::find(asleep_, 0) - asleep_.begin();
     for (int body = 0; body < scene_.dynamic_bodies; ++body) {
@@ -236,9 +236,9 @@ void SleepingIntegrator::fall_asleep() {
   change(time(), falling, "sleep");
 }
 
-// True if a curve that can set the body in motion changes between these times (s), or one of its
-// seams is closing. A jump up to the shortest step before `from` counts as well. A jump at `to`
-// does not count.
+// True if a curve that can set the body in motion changes between `from` and `to` (s), or one of
+// its seams is closing. A jump within time.minimum_step before `from` counts as well. A jump at
+// `to` does not count.
 bool SleepingIntegrator::is_driven(int body, double from, double to) const {
   const MaterialCase* material = scene_.bodies[body].material;
   const double nearby = scene_.source.time.minimum_step;
@@ -246,9 +246,9 @@ bool SleepingIntegrator::is_driven(int body, double from, double to) const {
          closes_after(scene_, body, from);
 }
 
-// Returns the islands that must wake because of the step from `from` to time(), accepted or only
-// tried. An awake body touched them, an obstacle moved near them, or a curve that acts on them
-// changed.
+// Returns the islands that must wake because of the step from `from` to time(), whether the step
+// succeeded or failed. An awake body touched them, an obstacle moved near them, or a curve that
+// acts on them changed.
 std::vector<int> SleepingIntegrator::touched_islands(double from) const {
   std::vector<int> touched;
   if (!awake_) return touched;
@@ -273,8 +273,8 @@ void SleepingIntegrator::wake(double now, const std::vector<int>& islands) {
   change(now, waking, "wake");
 }
 
-// Restarts the method at `now` (s), the time of the last accepted state. `bodies` have just fallen
-// asleep or woken, as `event` says.
+// Restarts the method at `now` (s), the time of state_. `bodies` have just fallen asleep or woken;
+// `event` is "sleep" or "wake".
 void SleepingIntegrator::change(double now, const std::vector<int>& bodies, const char* event) {
   if (!awake_) state_.assign(integrator_->state().begin(), integrator_->state().end());
   auto* const velocity = reinterpret_cast<Vec3*>(state_.data()) + scene_.dynamic_particles;
@@ -311,7 +311,7 @@ void SleepingIntegrator::find_frozen(double now) {
   frozen_ = whole_.energies(now, state_);
   if (const Contact* contact = whole_.contact()) {
     for (const ContactPair& pair : contact->pairs()) {
-      // At least one of the two bodies is dynamic. Its points have the lower numbers.
+      // At least one of the two bodies is dynamic. The points of that body have the lower numbers.
       const int body = scene_.body_index_of_point(std::min(pair.nodes[0], pair.nodes[3]));
       if (asleep_[body] != 0) frozen_gap_ = std::min(pair.gap, frozen_gap_.value_or(pair.gap));
     }

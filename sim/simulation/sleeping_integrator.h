@@ -15,34 +15,36 @@
 
 namespace weft::sim {
 
-// True if bodies of the scene may sleep. This needs time.sleep, a method that follows motion in
-// time, and at least two dynamic bodies.
+// True if bodies of the scene may sleep. Conditions: time.sleep is on, the method computes motions,
+// and there are at least two dynamic bodies.
 bool may_sleep(const Scene& scene);
 
-// Integrates a scene without its sleeping bodies. States are those of the whole scene. While bodies
-// sleep, a dynamics and an integrator of the awake bodies compute the states.
+// Integrates a scene without its sleeping bodies. State arrays hold the whole scene. While bodies
+// sleep, a dynamics and an integrator of the awake bodies compute their part of the state.
 //
 // A body may fall asleep under the following conditions:
-//  - it is at rest (rest_watch.h);
-//  - none of its pins moves, or will take hold or let go later;
-//  - it is not tied or sewn to a body or obstacle whose motion is prescribed;
-//  - for the next half second no obstacle moves near it;
-//  - in that time no curve that acts on it changes (scene_curves.h), and no seam of it closes.
-// Bodies that touch, or are tied or sewn to each other, form an island. An island falls asleep and
-// wakes as a whole. At least one body stays awake. Because the method restarts, bodies fall asleep
-// only if they have at least a tenth of the awake vertices.
+// - it is at rest (rest_watch.h);
+// - none of its pins moves, or will take hold or let go later;
+// - it is not tied or sewn to a body or obstacle whose motion is prescribed;
+// - for the next half second no obstacle moves near it;
+// - for the next half second no curve that acts on it changes (scene_curves.h), and no seam of it
+//   closes.
 //
-// To awake bodies, sleeping bodies are obstacles at rest. A step is taken back if, in any
+// Bodies that touch, or are tied or sewn to each other, form an island. An island falls asleep and
+// wakes as a whole. At least one body stays awake. Bodies fall asleep only if together they have at
+// least a tenth of the awake vertices, because the method must restart.
+//
+// For awake bodies, sleeping bodies are obstacles at rest. A step is taken back if, in any
 // evaluation of its forces, a sleeping body is in reach of an awake one. It is also taken back if
 // an obstacle may have come near a sleeping body or a curve that acts on it changes. The sleeping
-// body wakes at the start of that step, so no force on it is lost.
+// body and its island wake at the start of that step, so no force on them is lost.
 class SleepingIntegrator final : public Integrator {
  public:
   // `whole` is the dynamics of `scene`. Both must outlive the integrator.
   SleepingIntegrator(const Scene& scene, Dynamics& whole);
   // Sets a function that is called with a description after bodies have fallen asleep or woken and
-  // the method has restarted. While a saved state is read, it is called with an empty text: the
-  // sleeping bodies are then known, but the method has not yet read its state. To be set before the
+  // the method has restarted. While transfer() reads, it is called with an empty text. Then the
+  // sleeping bodies are known, but the method has not yet read its state. Must be set before the
   // first step or transfer().
   void set_after_change(std::function<void(const std::string&)> after_change) {
     after_change_ = std::move(after_change);
@@ -65,15 +67,16 @@ class SleepingIntegrator final : public Integrator {
   [[nodiscard]] bool transfer(StateArchive& archive) override;
   std::string decision() const override { return integrator_->decision(); }
 
-  // Return the dynamics of the awake bodies, and its state.
+  // Returns the dynamics of the awake bodies.
   Dynamics& dynamics() const { return awake_ ? awake_->dynamics : whole_; }
+  // Returns the state of dynamics() at time().
   std::span<const double> awake_state() const { return integrator_->state(); }
   // Returns the part of a state of the whole scene that belongs to awake bodies.
   std::vector<double> awake_part(std::span<const double> y) const;
   // Returns the energies of awake and sleeping bodies together.
   Energies with_asleep(const Energies& awake) const;
-  // Returns the smallest gap (m) of awake and sleeping bodies together. `smallest_gap` is that of
-  // the awake bodies. Returns nothing if there is no gap.
+  // Returns the smallest gap (m) of awake and sleeping bodies together. `smallest_gap` is the
+  // smallest gap of the awake bodies. Returns nothing if there is no gap.
   std::optional<double> with_asleep(std::optional<double> smallest_gap) const;
   int sleeping_bodies() const;
   // Returns a failure of the awake bodies, with its particle numbered as in the whole scene.
@@ -107,17 +110,18 @@ class SleepingIntegrator final : public Integrator {
   MovingBoxes moving_boxes_;
   SceneCurves curves_;
   std::function<void(const std::string&)> after_change_;
-  std::vector<char> has_moving_pin_;  // by dynamic body
+  // For each dynamic body, 1 if its pins or ties forbid sleep.
+  std::vector<char> has_moving_pin_;
   RestWatch rest_;
-  std::vector<char> asleep_;      // by dynamic body
-  std::vector<int> island_;       // by dynamic body: island in which it last fell asleep
-  std::vector<Vec3> built_at_;    // m, positions of dynamic particles when awake_ was built
+  std::vector<char> asleep_;      // 1 for each dynamic body that sleeps
+  std::vector<int> island_;       // island in which each dynamic body last fell asleep
+  std::vector<Vec3> built_at_;    // positions (m) of dynamic particles when awake_ was built
   std::unique_ptr<Awake> awake_;  // null if all bodies are awake
   std::unique_ptr<Integrator> integrator_;
-  std::vector<double> state_;         // of the whole scene; kept only while bodies sleep
-  Energies frozen_;                   // of sleeping bodies
-  std::optional<double> frozen_gap_;  // m, smallest gap at sleeping bodies
-  IntegratorCounts earlier_;          // of earlier integrators
+  std::vector<double> state_;         // state of the whole scene; kept only while bodies sleep
+  Energies frozen_;                   // energies of sleeping bodies
+  std::optional<double> frozen_gap_;  // smallest gap at sleeping bodies (m)
+  IntegratorCounts earlier_;          // counts of earlier integrators
 };
 
 }  // namespace weft::sim

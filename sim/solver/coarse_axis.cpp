@@ -7,20 +7,21 @@ namespace weft::sim {
 
 namespace {
 
-// Weights below this are zeros up to rounding.
+// Largest weight that counts as zero, because rounding may have caused it.
 constexpr double no_weight = 1e-12;
 
 }  // namespace
 
-// A closed spline needs as many elements as a basis function spans: degree + 1.
+// A basis function spans degree + 1 elements. A closed spline needs that many on every level, so
+// twice as many on a level that can be coarsened.
 bool CoarseAxis::can_be_coarsened() const {
   const int least = degree > 0 && wraps ? 2 * (degree + 1) : 4;
   return intervals == quads ? quads >= least : intervals % 2 == 0 && intervals >= least;
 }
 
 // Returns the axis with half of the intervals. The first coarser level has 2, 3 or (4 .. 7) 2^k
-// intervals, because these numbers can be halved often. It takes the number whose ratio to quads /
-// 2 is nearest to one.
+// intervals, because these numbers can be halved often. Among them, the number with the ratio to
+// quads / 2 nearest to one is chosen.
 CoarseAxis CoarseAxis::coarser() const {
   CoarseAxis result = *this;
   if (intervals != quads) {
@@ -38,8 +39,8 @@ CoarseAxis CoarseAxis::coarser() const {
   return result;
 }
 
-// Halves are rounded towards the middle, so that an axis and its mirror image across a seam keep
-// the same texels.
+// Halves are rounded towards the middle of the axis. An axis and its mirror image across a seam
+// then keep the same texels.
 int CoarseAxis::start(int interval) const {
   if (!wraps) interval = std::clamp(interval, 0, intervals);
   const int rounds = interval >= 0 ? interval / intervals : (interval + 1) / intervals - 1;
@@ -51,8 +52,8 @@ int CoarseAxis::start(int interval) const {
          rounds * quads;
 }
 
-// Returns the place of a node along the axis. For a control point, this is the mean of the `degree`
-// knots within its basis function (Greville abscissa).
+// Returns the position of a node along the axis, in intervals of the finest level. For a control
+// point, this is the mean of the `degree` knots within its basis function (Greville abscissa).
 double CoarseAxis::centre(int node) const {
   if (degree == 0) return start(node);
   double sum = 0;
@@ -102,7 +103,7 @@ std::vector<std::vector<CoarseAxis::Share>> CoarseAxis::shares(const CoarseAxis&
 std::vector<CoarseAxis::Share> CoarseAxis::spline_share(const CoarseAxis& coarse, int node) const {
   int element = node - degree / 2;
   if (!wraps) element = std::clamp(element, 0, intervals - 1);
-  int within = 0;  // the coarse element around the fine one
+  int within = 0;  // the coarse element that contains the fine one
   if (start(element) >= 0) {
     while (coarse.start(within + 1) <= start(element)) ++within;
   } else {

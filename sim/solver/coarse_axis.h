@@ -10,16 +10,17 @@ namespace weft::sim {
 //
 // On the finest level, the axis has `quads` intervals: those between texels, or the elements of a
 // spline. A level has `intervals` intervals, with ends at round(j quads / intervals), j = 0 ..
-// intervals. These are also ends of the next finer level. The first coarser level has about quads /
-// 2 intervals, and each further level half as many. The splines of a level are therefore also
-// splines of all finer levels.
+// intervals. All of them are also interval ends of the next finer level. The splines of a level are
+// therefore also splines of all finer levels. The first coarser level has about quads / 2
+// intervals, and each further level has half the intervals of the level before.
 struct CoarseAxis {
-  int quads = 0;      // on the finest level
-  int intervals = 0;  // on this level
+  int quads = 0;      // intervals on the finest level
+  int intervals = 0;  // intervals on this level
   bool wraps = false;
-  int degree = 0;  // of a spline; 0: values at texels, with linear interpolation
+  int degree = 0;  // degree of the spline; 0: values at texels, with linear interpolation
 
-  // Weight of a coarse node in the interpolation to a fine node. Those of one fine node sum to 1.
+  // A coarse node and its weight in the interpolation to one fine node. The weights of a fine node
+  // sum to 1.
   struct Share {
     int node = 0;
     double weight = 0;
@@ -34,12 +35,12 @@ struct CoarseAxis {
   CoarseAxis coarser() const;
 
   // Returns, for each node of a coarser axis, the nearest node of this axis, in ascending order.
-  // Ends of an open axis belong to ends. Nodes in mirrored positions belong to nodes in mirrored
-  // positions, except for a node in the middle.
+  // The nearest node of an end of an open axis is an end. Mirrored nodes of an open axis have
+  // mirrored nearest nodes, except for a node in the middle.
   std::vector<int> nearest_nodes(const CoarseAxis& coarse) const;
-  // Returns the shares of coarse nodes by node of this axis, in ascending order of parameters.
-  // Texels are interpolated linearly; control points by knot insertion, which reproduces the coarse
-  // spline.
+  // Returns, for each node of this axis, the coarse nodes from which it is interpolated, in
+  // ascending order of their positions. Texels are interpolated linearly. Control points follow
+  // from knot insertion, which reproduces the coarse spline.
   std::vector<std::vector<Share>> shares(const CoarseAxis& coarse) const;
 
  private:

@@ -10,8 +10,7 @@ namespace weft::sim {
 
 namespace {
 
-// Iteration limit. A system that needs more counts as not converged; the caller then factorises it
-// or cuts the step.
+// Largest number of iterations. A system that needs more has not converged.
 constexpr int most_iterations = 2000;
 
 // Largest allowed ratio of one particle's weighted residual to the root mean square of all. A bound
@@ -19,12 +18,12 @@ constexpr int most_iterations = 2000;
 // follow (docs/decisions/0005).
 constexpr double peak_to_mean = 10;
 
-// Residuals below this fraction of the initial one are mostly rounding errors: iterations end
+// Fraction of the initial residual below which residuals are mostly rounding errors. Iterations end
 // there.
 constexpr double rounding = 1e-13;
 
-// Assumed ratio of the true error to its estimate with block-Jacobi. The error then falls unevenly
-// and sometimes stagnates, which misleads the estimate.
+// Assumed ratio of the true error to its estimate with block-Jacobi. There the error falls unevenly
+// and sometimes stagnates, which makes the estimate too small.
 constexpr double block_jacobi_doubt = 4;
 
 // Returns the 2-norm of weighted residuals or, if larger, the least 2-norm that permits the largest
@@ -114,7 +113,7 @@ bool ConjugateGradients::find_direction(bool begins_anew) {
   const int count = static_cast<int>(residual_.size()), threads = matrix_.threads();
   double next = precondition();
   if (!(next > 0) && preconditioner_.is_multigrid()) {
-    // r . P r is not positive. Rounding causes this if the matrix is nearly singular.
+    // Rounding can make r . P r negative if the matrix is nearly singular.
     preconditioner_.give_up_multigrid();
     begins_anew = true;
     next = precondition();
@@ -177,7 +176,7 @@ double ConjugateGradients::advance(double alpha, const Solve& solve) {
 
 // Returns norm_with_peak() of the weighted M^-1 r, with the consistent mass of shells.
 double ConjugateGradients::coupled_residual(const Solve& solve) {
-  const std::span<Vec3> acceleration = preconditioned_;  // free until the next direction
+  const std::span<Vec3> acceleration = preconditioned_;  // reused: precondition() fills it again
   std::copy(residual_.begin(), residual_.end(), acceleration.begin());
   mass_.solve(acceleration);
   double sum = 0, largest = 0;
@@ -189,9 +188,9 @@ double ConjugateGradients::coupled_residual(const Solve& solve) {
   return norm_with_peak(sum, largest, acceleration.size());
 }
 
-// True if the residual meets the goal or is mostly rounding errors. Row sums of M are up to a
-// hundred times larger than its smallest eigenvalues, so residuals divided by them are only tried
-// first.
+// True if the residual meets the goal. `residual` is divided by row sums of M, which are up to a
+// hundred times larger than its smallest eigenvalues. A consistent M therefore needs a second test,
+// unless the residual is mostly rounding errors.
 bool ConjugateGradients::is_small(const Solve& solve, double residual) {
   const double bound = solve.goal.residual;
   if (!(residual <= bound)) return false;
@@ -206,9 +205,9 @@ double ConjugateGradients::inertia(std::span<const Vec3> dv) const {
 
 // True if the residual and the estimated error meet the goal. Each iteration lowers the squared
 // error in the norm of A by its gain (Hestenes and Stiefel 1952, theorem 6:1). From dv = 0 the
-// gains sum to dv . A dv. The remaining error is extrapolated from two sums of gains: over the last
-// third of the iterations, and over the third before. Single gains fluctuate too much for this. The
-// first four iterations are left out.
+// gains sum to dv . A dv. Two sums of gains extrapolate to the remaining error: over the last third
+// of the iterations, and over the third before. Single gains fluctuate too much for this. The first
+// four iterations are left out.
 bool ConjugateGradients::is_reached(const Solve& solve, double residual) {
   const Goal& goal = solve.goal;
   if (!is_small(solve, residual)) return false;

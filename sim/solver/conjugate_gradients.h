@@ -16,26 +16,27 @@ namespace weft::sim {
 // Without contact, the first products with A come from the preconditioner, in single precision, if
 // it provides them. At convergence, or at a negative curvature that rounding may have caused, the
 // residual is formed anew in double. The solve ends if the new residual meets the goal and, with an
-// error goal, is at most twice the recursive one. Otherwise it continues with products in double.
+// error goal, is at most twice the recursively updated one. Otherwise it continues with products in
+// double.
 class ConjugateGradients {
  public:
   struct Outcome {
     bool converged = false;
-    bool indefinite = false;  // A has a direction of negative curvature: the step is too large
+    bool indefinite = false;  // A has a direction of negative curvature
     int iterations = 0;
-    double residual = 0;     // in the norm of Goal::residual, with Scene::mass in place of M
-    bool multigrid = false;  // multigrid preconditions the last iteration
+    double residual = 0;     // as in Goal::residual, with Scene::mass instead of M
+    bool multigrid = false;  // multigrid was the preconditioner at the end
     int multigrid_set_ups = 0;
   };
   // The conditions that a solution must meet.
   struct Goal {
-    // Upper bound of the weighted 2-norm of M^-1 r, with the residual r of the velocity rows. No
-    // particle may exceed ten times the mean that this bound implies.
+    // Upper bound of the weighted 2-norm of M^-1 r, with the residual r = b - A dv. No particle may
+    // exceed ten times the root mean square that this bound implies.
     double residual = std::numeric_limits<double>::infinity();
-    // Upper bound of the relative error of dv; 1: only the residual counts. For the error e it is
-    // sqrt(e . A e) / sqrt(dv . M dv) or, with Scale::matrix, sqrt(e . A e) / sqrt(dv . A dv).
-    // It is estimated from the iterations, and the true value may be three times as large
-    // (tests/sim/multigrid_test.cpp).
+    // Upper bound of the relative error of dv. With 1, only the residual is tested. For an error e
+    // of dv, the relative error is sqrt(e . A e) / sqrt(dv . M dv) or, with Scale::matrix, sqrt(e .
+    // A e) / sqrt(dv . A dv). The solver estimates it from the iterations, and the true value may
+    // be larger.
     double error = 1;
     enum class Scale : std::uint8_t { mass, matrix } scale = Scale::mass;
   };
@@ -45,7 +46,8 @@ class ConjugateGradients {
                      PreconditionerSelection& preconditioner);
 
   // Solves A dv = `right_side`, starting from dv = 0. Both vectors are zero for pinned particles.
-  // All spans have one entry per particle. Precondition: the preconditioner is prepared for this A.
+  // All spans have one entry per particle. Precondition: PreconditionerSelection::prepare() has
+  // been called for this A.
   Outcome solve(std::span<const Vec3> right_side, std::span<const Vec3> weight, const Goal& goal,
                 std::span<Vec3> dv);
 
@@ -71,12 +73,12 @@ class ConjugateGradients {
   MassOperator& mass_;
   PreconditionerSelection& preconditioner_;
   std::vector<Vec3> residual_, preconditioned_;
-  std::vector<Vec3> direction_, product_;  // p and A p
-  double rho_ = 1, curvature_ = 0;         // r . P r and p . A p
-  bool is_exact_ = false;                  // products with A must be formed in double
-  bool has_single_products_ = false;       // the residual contains single-precision products
-  double start_residual_ = 0;  // at the start of the solve or the last rebuild of coarse matrices
-  std::vector<double> gains_;  // decrease of the squared error, by iteration of this solve
+  std::vector<Vec3> direction_, product_;  // search direction p, and A p
+  double rho_ = 1, curvature_ = 0;         // r . P r, and p . A p
+  bool is_exact_ = false;                  // true if products with A must be formed in double
+  bool has_single_products_ = false;  // true if the residual contains single-precision products
+  double start_residual_ = 0;  // residual at the start or at the last rebuild of coarse matrices
+  std::vector<double> gains_;  // decrease of the squared error in each iteration of this solve
   double dv_square_ = 0;       // dv . M dv, with Scene::mass in place of M
 };
 

@@ -65,8 +65,8 @@ void DirectSolver::Implementation::assemble(double gamma) {
   compress(3 * pattern.rows());
 }
 
-// Sorts the entries by column and row, and sums those with equal ones. The stable sort fixes the
-// order of each sum, and so its bits.
+// Sorts the entries by column and row, and sums entries of equal column and row. The stable sort
+// fixes the order of each sum, and so its bits.
 void DirectSolver::Implementation::compress(int size) {
   std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
     return std::pair(a.column, a.row) < std::pair(b.column, b.row);

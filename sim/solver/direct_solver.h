@@ -9,9 +9,9 @@
 namespace weft::sim {
 
 // Factorises A = M + gamma D + gamma^2 K, contact included, as a sparse LDL^T. Pinned particles
-// keep only their mass. Intended for systems that conjugate gradients cannot solve, for example of
-// long pseudo-steps. In those A is nearly a pure stiffness matrix, whose entries span many orders
-// of magnitude.
+// keep only their mass. Intended for systems that conjugate gradients cannot solve, for example in
+// long pseudo-steps. There A is nearly a pure stiffness matrix, whose entries span many orders of
+// magnitude.
 class DirectSolver {
  public:
   explicit DirectSolver(Dynamics& dynamics);
@@ -19,9 +19,9 @@ class DirectSolver {
   DirectSolver(const DirectSolver&) = delete;
   DirectSolver& operator=(const DirectSolver&) = delete;
 
-  // Solves (I - gamma J) correction = b; both have 6 * particles doubles. Uses the K and D last
-  // assembled and the contacts last evaluated. Returns false if A is not positive definite. Costs
-  // one factorisation.
+  // Solves (I - gamma J) correction = b; both have 6 * particles doubles. Uses the K and D of the
+  // last assembly and the contacts of the last evaluation. Returns false if A is not positive
+  // definite. Costs one factorisation.
   bool solve(double gamma, std::span<const double> b, std::span<double> correction);
 
  private:

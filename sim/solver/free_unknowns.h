@@ -9,8 +9,8 @@
 
 namespace weft::sim {
 
-// The three coordinates of each free particle of a scene, numbered consecutively in the order of
-// particles. Matrices hold the lower halves of symmetric matrices.
+// Unknowns: the three coordinates of each free particle of a scene, numbered in the order of
+// particles. A Matrix holds the lower half of a symmetric matrix.
 class FreeUnknowns {
  public:
   using Matrix = Eigen::SparseMatrix<double>;
@@ -19,20 +19,20 @@ class FreeUnknowns {
   explicit FreeUnknowns(const Scene& scene);
 
   Eigen::Index count() const { return static_cast<Eigen::Index>(3 * particles_.size()); }
-  int particle_count() const { return static_cast<int>(number_.size()); }  // of dynamic particles
+  // Returns the number of dynamic particles.
+  int particle_count() const { return static_cast<int>(number_.size()); }
   // Returns the particle to which an unknown belongs.
   int particle(Eigen::Index unknown) const { return particles_[unknown / 3]; }
 
   // Returns the entries of the free particles, from one vector per dynamic particle.
   Vector gather(std::span<const Vec3> of_particles) const;
-  // Writes the values of the unknowns to one vector per dynamic particle, which is zero for held
-  // ones.
+  // Writes the values of the unknowns to one vector per dynamic particle. Held particles get zero.
   void scatter(const Vector& values, std::span<Vec3> of_particles) const;
 
   // Returns the stiffness K last assembled by the dynamics, plus K + D / gamma (gamma in s) of the
   // contacts last evaluated.
   Matrix stiffness(Dynamics& dynamics, double gamma) const;
-  // Returns the mass matrix (kg) of the unknowns, from that of the particles
+  // Returns the mass matrix (kg) of the unknowns, from the mass matrix of the particles
   // (sim/motion/mass_matrix.h).
   Matrix mass(const Matrix& of_particles) const;
 
@@ -41,7 +41,7 @@ class FreeUnknowns {
   void add_block(int row, int column, const Mat3& block, Entries& entries) const;
   Matrix matrix_of(const Entries& entries) const;
 
-  std::vector<int> particles_, number_;  // free particles; number of each particle, or -1
+  std::vector<int> particles_, number_;  // free particles; index of each particle among them, or -1
 };
 
 }  // namespace weft::sim

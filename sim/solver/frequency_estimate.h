@@ -1,4 +1,4 @@
-// The highest eigenfrequency of the bodies. It decides between preconditioners.
+// An estimate of the highest eigenfrequency of the bodies.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,15 @@
 
 namespace weft::sim {
 
-// Estimates the largest eigenvalue of M^-1 K, which changes little during a run. An estimate is
-// kept for a hundred assemblies of K. It takes ten steps of the power method from a fixed random
-// vector.
+// Estimates the largest eigenvalue of M^-1 K, which changes little during a run. An estimate takes
+// ten steps of the power method from a fixed random vector. It is reused for a hundred assemblies
+// of K.
 class FrequencyEstimate {
  public:
   explicit FrequencyEstimate(Dynamics& dynamics) : dynamics_(dynamics) {}
 
   // Returns the square root of the largest eigenvalue of M^-1 K on the free particles (1/s),
-  // estimated from below. Costs ten products with K when the estimate is renewed.
+  // estimated from below. A new estimate costs ten products with K and ten solves with M.
   double highest();
 
   void transfer(StateArchive& archive) { archive(frequency_, assembly_); }

@@ -83,8 +83,8 @@ void GalerkinProduct::write_recipe(int row, Scratch& scratch, Recipe& recipe) co
   for (const auto& [sum, term] : scratch.terms) recipe.terms[scratch.next[sum]++] = term;
 }
 
-// Returns sum `i` of the recipe. Reads each column as four numbers and ignores the last. The last
-// column is read one number past the end of its block.
+// Returns sum `i` of the recipe. Each column is read as four numbers, of which the last is ignored.
+// The read of the last column goes one number past the end of the block.
 Mat3 GalerkinProduct::Recipe::sum(int i, const std::vector<int>& blocks,
                                   const SingleBlockMatrix& fine) const {
   using Four = Eigen::Array4d;
@@ -104,8 +104,8 @@ Mat3 GalerkinProduct::Recipe::sum(int i, const std::vector<int>& blocks,
   return sum;
 }
 
-// Lists the upper blocks of the fine matrix that the rows of the children of `row` hold or mirror,
-// child by child and in the order of their slots.
+// Lists the stored blocks of the fine matrix for the rows of the children of `row`, child by child
+// and in the order of their slots. A block below the diagonal is stored as its mirror image.
 void GalerkinProduct::list_blocks(int row, std::vector<int>& blocks) const {
   blocks.clear();
   for (int c = prolongation_.child_start[row]; c < prolongation_.child_start[row + 1]; ++c) {

@@ -11,20 +11,22 @@
 
 namespace weft::sim {
 
-// Forms the product P^T A P for any number of matrices A of one pattern. The terms that make up
-// each row of the result are found once, as a recipe. Rows with equal terms share one recipe, as
-// most rows of an image do.
+// Forms the product P^T A P for any number of matrices A of one pattern. A recipe lists the terms
+// that make up a row of the result. The recipes are found once. Rows with equal terms use the same
+// recipe, as most rows of an image do.
 class GalerkinProduct {
  public:
   // Finds the pattern of the result and the recipes of its rows. The prolongation must outlive the
   // object. O(blocks), on one thread.
   GalerkinProduct(std::shared_ptr<const BlockPattern> fine, const Prolongation& prolongation);
-  GalerkinProduct(GalerkinProduct&&) = default;  // no copies: they would share these recipes
+  // Move-only: recipe_of_row_ of a copy would point to the recipes of the original.
+  GalerkinProduct(GalerkinProduct&&) = default;
 
   const std::shared_ptr<const BlockPattern>& pattern() const { return coarse_; }
 
-  // Computes coarse = P^T fine P, for matrices of the patterns above. One thread sums each row, in
-  // double, so the bits do not depend on the number of threads. O(blocks).
+  // Computes coarse = P^T fine P. Precondition: `fine` has the constructor's pattern, and `coarse`
+  // has pattern(). Each row is summed by one thread and in double, so the bits do not depend on the
+  // number of threads. O(blocks).
   void form(const SingleBlockMatrix& fine, SingleBlockMatrix& coarse, int threads) const;
 
  private:
@@ -33,12 +35,12 @@ class GalerkinProduct {
     float weight;  // product of the interpolation weights of the block's row and column
     bool operator==(const Term&) const = default;
   };
-  // The terms of the upper blocks of one row of the result, as two sums per block. The first sum is
-  // of fine blocks as stored. The second is of stored blocks whose transposes are needed, so the
-  // transposed sum is added.
+  // The terms of one row of the result. Each of its upper blocks is the first of two sums plus the
+  // transpose of the second. The second sum is of fine blocks that are stored only as their
+  // transposes.
   struct Recipe {
     std::vector<Term> terms;
-    std::vector<int> starts;  // first term of each sum, and one past the last term
+    std::vector<int> starts;  // index of the first term of each sum, then the number of terms
     bool operator==(const Recipe&) const = default;
     Mat3 sum(int i, const std::vector<int>& blocks, const SingleBlockMatrix& fine) const;
   };
@@ -46,9 +48,9 @@ class GalerkinProduct {
     std::size_t operator()(const Recipe& recipe) const;
   };
   struct Scratch {
-    std::vector<int> place;                   // by column of the coarse row: first sum of its block
-    std::vector<std::pair<int, Term>> terms;  // number of a sum, and a term of it
-    std::vector<int> next;                    // by sum: place of its next term
+    std::vector<int> place;  // for each coarse column: number of the first sum of its block
+    std::vector<std::pair<int, Term>> terms;  // number of a sum, and one of its terms
+    std::vector<int> next;                    // for each sum: index of its next term
   };
 
   void write_recipe(int row, Scratch& scratch, Recipe& recipe) const;

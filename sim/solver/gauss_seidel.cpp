@@ -6,12 +6,13 @@ namespace weft::sim {
 
 namespace {
 
-// Distance, in rows, by which a backward sweep prefetches ahead. The processor predicts neither
-// rows in reverse nor upper halves of rows. Without prefetching, the sweep takes twice as long.
+// Number of rows by which a backward sweep prefetches ahead. The processor itself predicts neither
+// rows in reverse order nor upper halves of rows.
 constexpr int prefetched_rows = 6;
 
-// Least size (rows) and largest number of chunks. Large chunks are better: couplings between chunks
-// cost more, and sweeps across them smooth less. Many threads can still share 32 chunks.
+// Smallest number of rows per chunk, and largest number of chunks. Large chunks are better:
+// couplings between chunks cost more, and sweeps across chunks smooth less. Still, 32 chunks keep
+// many threads busy.
 constexpr int least_rows_per_chunk = 512;
 constexpr int most_chunks = 32;
 
@@ -53,8 +54,8 @@ void GaussSeidel::solve_forward(const SingleBlockMatrix& matrix,
                                 std::span<const Mat3> inverse_diagonal, std::span<const Vec3> b,
                                 std::span<Vec3> x, int threads) const {
   const BlockPattern& pattern = matrix.pattern();
-  // Rows not yet visited count as zero. Within the chunk they are skipped; in chunks of later
-  // colours x is still zero.
+  // Rows not yet visited contribute zero. Within the chunk their couplings are skipped. In chunks
+  // of later colours, x is still zero.
   std::fill(x.begin(), x.end(), Vec3::Zero());
   for (const auto& chunks : colours_) {
     run_chunks(chunks, threads, [&](int first, int last) {
@@ -79,7 +80,8 @@ void GaussSeidel::sweep_backward(const SingleBlockMatrix& matrix,
     run_chunks(*chunks, threads, [&](int first, int last) {
       for (int row = last - 1; row >= first; --row) {
         matrix.prefetch_rows(row - prefetched_rows, row - prefetched_rows + 1);
-        // The row visited last is added last, because its x becomes available last.
+        // The upper product adds backward, because the x of the row visited just before becomes
+        // available last.
         const int diagonal = pattern.diagonal_slot(row);
         const Vec3 rest =
             b[row] - matrix.lower_product(row, pattern.row_begin(row), diagonal, x.data());

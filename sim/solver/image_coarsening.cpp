@@ -14,7 +14,8 @@ namespace {
 // A patch on one level.
 struct LevelImage {
   CoarseAxis rows, cols;
-  std::vector<int> node;  // rows.nodes() x cols.nodes(); -1: no free finer node depends on it
+  // Numbers of the nodes, rows.nodes() x cols.nodes(). -1: no free finer node depends on the node.
+  std::vector<int> node;
 
   int at(int row, int col) const {
     return node[static_cast<std::size_t>(row % rows.nodes()) * cols.nodes() + col % cols.nodes()];
@@ -45,8 +46,8 @@ std::vector<LevelImage> images_of(const Scene& scene) {
   return images;
 }
 
-// Makes the next coarser level of the `fine` images. `count` is the number of their nodes; `fixed`
-// marks fixed nodes, or is empty if there are none.
+// Makes the next coarser level of the `fine` images. `count` is the number of nodes of the fine
+// level. `fixed` marks fixed nodes, and is empty if no node is fixed.
 class Coarsening {
  public:
   Coarsening(const std::vector<LevelImage>& fine, int count, std::span<const char> fixed)
@@ -64,8 +65,8 @@ class Coarsening {
     double weight = 0;
   };
 
-  // Appends the next coarser image. Each of its nodes has the coarse number of the fine node that
-  // it keeps or, for a spline, of the nearest fine node.
+  // Appends the next coarser image. Each of its nodes stands for one fine node: the texel that it
+  // keeps or, for a spline, the nearest fine node. number_ gives that fine node a coarse number.
   void keep(const LevelImage& fine) {
     LevelImage& coarse = images_.emplace_back(LevelImage{fine.rows, fine.cols, {}});
     if (fine.rows.can_be_coarsened() && fine.cols.can_be_coarsened()) {
@@ -84,8 +85,8 @@ class Coarsening {
   }
 
   // Sets the parents of the free fine nodes: the coarse nodes from which they are interpolated. A
-  // texel that is kept is its own parent. The weights of any other node are the products of its
-  // shares along both axes. If several images contain a node, the first image decides.
+  // texel that is kept has one parent, itself. The weights of any other node are the products of
+  // its weights along both axes. If several images contain a node, the first image decides.
   void find_parents(const LevelImage& fine, const LevelImage& coarse) {
     const auto rows = fine.rows.shares(coarse.rows), cols = fine.cols.shares(coarse.cols);
     for (int row = 0; row < fine.rows.nodes(); ++row) {
@@ -105,8 +106,8 @@ class Coarsening {
     }
   }
 
-  // Adds a parent. A node may be added twice, on a short wrapped axis or in a row of the image that
-  // is a single point. Its weights then add up.
+  // Adds a parent. The same node may be added twice, on a short wrapped axis or in a row of the
+  // image that is a single point. Its weights are then added.
   static void add(std::vector<Parent>& parents, int node, double weight) {
     if (node < 0) return;
     const auto same = std::find_if(parents.begin(), parents.end(),
@@ -136,7 +137,7 @@ class Coarsening {
     }
   }
 
-  std::vector<int> number_;  // by fine node: its number on the coarse level; -1: not kept
+  std::vector<int> number_;  // coarse number of each fine node; -1: not kept
   std::vector<std::vector<Parent>> parents_of_;
   std::span<const char> fixed_;
   std::vector<LevelImage> images_;

@@ -50,8 +50,8 @@ void add_pairs(const Contact& contact, double gamma, SingleBlockMatrix& matrix) 
   });
 }
 
-// Inverts the diagonal blocks of all rows but those for which `left_out` is true, whose inverses
-// are set to zero. Returns false if a block is not positive definite.
+// Inverts the diagonal blocks. Rows for which `left_out` is true get zero instead of an inverse.
+// Returns false if a block is not positive definite.
 template <class LeftOut>
 bool invert_diagonal(const SingleBlockMatrix& matrix, int threads, const LeftOut& left_out,
                      std::vector<Mat3>& inverse) {
@@ -101,7 +101,8 @@ void Multigrid::find_patterns(std::shared_ptr<const BlockPattern> finest) {
   analysed_ = false;
 }
 
-// Copies A to the finest level. Returns false if a diagonal block is not positive definite.
+// Copies A, contact pairs included, to the finest level, and inverts its diagonal blocks. Returns
+// false if a diagonal block is not positive definite.
 bool Multigrid::take_finest(const VelocityMatrix& matrix) {
   version_ = matrix.version();
   Level& finest = levels_.front();

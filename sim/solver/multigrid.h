@@ -14,30 +14,31 @@ namespace weft::sim {
 // The coarse matrices are P^T A P, level by level. A forward block Gauss-Seidel sweep precedes each
 // coarse correction, and a backward sweep follows it. Sparse Cholesky solves the coarsest level.
 // Matrices hold their upper halves in single precision, which quarters the memory traffic. Sums are
-// in double, so the number of iterations is that of double matrices.
+// formed in double, which keeps the number of iterations of double matrices.
 //
-// Contact pairs enter the sweeps and the coarse matrices like any other coupling. Each set-up with
-// contact therefore finds all patterns anew (docs/decisions/0015).
+// Contact pairs enter the sweeps and the coarse matrices like any other coupling. A set-up with
+// contact therefore finds the patterns of all levels again (docs/decisions/0015).
 //
 // Without contact the finest level uses the current A. With contact it uses the A of the last
-// set_up(), as the coarse levels always do. The cycle stays symmetric and positive definite even if
-// those matrices are outdated.
+// set_up(), as the coarse levels always do. The cycle is symmetric and positive definite even with
+// outdated matrices.
 class Multigrid : public Preconditioner {
  public:
-  // Finds the coarse images and patterns. The finest `w_cycle_levels` levels make W-cycles: each
-  // runs two cycles of the next level instead of one. O(blocks).
+  // Finds the coarse images and patterns. On the finest `w_cycle_levels` levels, two cycles of the
+  // next level are run instead of one. O(blocks).
   Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern,
             std::size_t w_cycle_levels);
   // Chooses the number of W-cycle levels: two for 100 000 particles or more and for equilibria,
   // otherwise none (docs/decisions/0015).
   Multigrid(const Scene& scene, const std::shared_ptr<const BlockPattern>& pattern);
 
-  // Copies A to all levels. Returns false if a diagonal block or the coarsest matrix is not
-  // positive definite; apply() must then not be called. O(blocks) and a factorisation of the
-  // coarsest matrix.
+  // Forms the matrices of all levels from A. Returns false if a diagonal block or the coarsest
+  // matrix is not positive definite; apply() must then not be called. Costs O(blocks) and a
+  // factorisation of the coarsest matrix.
   [[nodiscard]] bool set_up(const VelocityMatrix& matrix);
-  // Copies A to the finest level, unless the matrices include contact or A is unchanged.
-  // Precondition: the last set_up() returned true.
+  // Copies A to the finest level, unless the matrices include contact or A is unchanged. Returns
+  // false if a diagonal block is not positive definite. Precondition: the last set_up() returned
+  // true.
   [[nodiscard]] bool update(const VelocityMatrix& matrix) override;
   void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) override;
   // Returns nothing with contact, because the finest matrix may then be outdated.
@@ -65,15 +66,16 @@ class Multigrid : public Preconditioner {
   void correct(std::size_t level, std::span<const Vec3> b, std::span<Vec3> x, int threads);
   void find_residual(std::size_t level, std::span<Vec3> residual, int threads);
 
-  std::shared_ptr<const BlockPattern> pattern_;  // of A, without contact
-  bool with_contact_ = false;                    // the patterns of the levels include contact pairs
-  std::vector<Level> levels_;                    // finest first
-  std::vector<Prolongation> prolongations_;      // from level i + 1 to level i
-  std::vector<GalerkinProduct> products_;  // form the matrix of level i + 1 from that of level i
-  std::vector<Vec3> residual_;             // of the level in progress
-  std::vector<Vec3> change_;               // of x in the last backward sweep
-  std::size_t w_cycle_levels_;             // finest levels that run two coarse cycles
-  std::int64_t version_ = -1;              // of the A on the finest level
+  std::shared_ptr<const BlockPattern> pattern_;  // pattern of A without contact
+  bool with_contact_ = false;  // true if the patterns of the levels include contact pairs
+  std::vector<Level> levels_;  // finest first
+  std::vector<Prolongation> prolongations_;  // entry i interpolates from level i + 1 to level i
+  // Entry i forms the matrix of level i + 1 from the matrix of level i.
+  std::vector<GalerkinProduct> products_;
+  std::vector<Vec3> residual_;  // residual on the level in progress
+  std::vector<Vec3> change_;    // change of x in the last backward sweep
+  std::size_t w_cycle_levels_;  // number of finest levels that run two coarse cycles
+  std::int64_t version_ = -1;   // VelocityMatrix::version() of the A on the finest level
   Eigen::SparseMatrix<double> coarsest_;
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> cholesky_;
   bool analysed_ = false;

@@ -11,13 +11,14 @@ namespace weft::sim {
 class Preconditioner {
  public:
   virtual ~Preconditioner() = default;
-  // Adapts the preconditioner to the present A as far as that is cheap. Called before a solve.
-  // Returns false if A does not allow it; apply() must then not be called.
+  // Adapts the preconditioner to the present A as far as that is cheap. Returns false if A does not
+  // allow it, because A is not positive definite. apply() must then not be called.
   [[nodiscard]] virtual bool update(const VelocityMatrix& matrix) = 0;
   // Computes z = P r. Entries of pinned particles are zero.
   virtual void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) = 0;
   // Returns the residual r - A z of the last apply(), with A in single precision and without
-  // contact. Empty unless the residual costs much less than a product with A.
+  // contact. Returns nothing if the preconditioner cannot provide it at much less than the cost of
+  // a product with A.
   virtual std::span<const Vec3> residual() const { return {}; }
 };
 

@@ -8,8 +8,8 @@ namespace {
 // (docs/decisions/0016).
 constexpr double multigrid_break_even = 6;
 
-// After coarse matrices have worn out within a solve, every new K rebuilds them during this number
-// of assemblies.
+// Number of assemblies during which every new K rebuilds the coarse matrices, after these have worn
+// out within a solve.
 constexpr int assemblies_to_rebuild = 10;
 
 }  // namespace
@@ -67,7 +67,7 @@ bool PreconditionerSelection::rebuild_coarse_matrices() {
 
 void PreconditionerSelection::use_block_jacobi() {
   chosen_ = &block_jacobi_;
-  static_cast<void>(block_jacobi_.update(matrix_));  // always possible
+  static_cast<void>(block_jacobi_.update(matrix_));  // block-Jacobi never fails
 }
 
 void PreconditionerSelection::give_up_multigrid() {

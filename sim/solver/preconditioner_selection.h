@@ -1,4 +1,4 @@
-// The choice between multigrid and block-Jacobi, and when the coarse matrices are rebuilt.
+// The choice between multigrid and block-Jacobi, and between old and new coarse matrices.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ namespace weft::sim {
 // multigrid if the matrix proves not to be positive definite.
 //
 // The coarse matrices are reused until they are worn out (coarse_matrix_age.h). If they wear out
-// within a solve, they are rebuilt at once. In the ten assemblies after that, every new K rebuilds
-// them.
+// within a solve, they are rebuilt at once. During the ten assemblies after that, they are rebuilt
+// for every new K.
 class PreconditionerSelection {
  public:
   // `matrix` must outlive the object.
@@ -29,15 +29,15 @@ class PreconditionerSelection {
   void prepare();
   Preconditioner& chosen() const { return *chosen_; }
   bool is_multigrid() const { return chosen_ != &block_jacobi_; }
-  // Returns how often coarse matrices were formed since the last prepare().
+  // Returns the number of times that coarse matrices were formed since the last prepare() began.
   int multigrid_set_ups() const { return set_ups_; }
 
-  // To be called with the residual at the start of a solve, and with the iterations and residual at
-  // its end.
+  // To be called at the start of a solve, with its residual.
   void start_solve(double residual) { age_.start(0, residual); }
+  // To be called at the end of a solve, with its iterations and its final residual.
   void finish_solve(int iterations, double residual);
-  // Rebuilds the coarse matrices if they have worn out within the present solve, which continues
-  // with the new ones. Returns true if the preconditioner has changed.
+  // Rebuilds the coarse matrices if they have worn out within the present solve. The solve
+  // continues with the new matrices. Returns true if the preconditioner has changed.
   bool rebuild_if_worn_out(int iterations, double residual);
   // Uses block-Jacobi for the rest of the solve; the next solve rebuilds the coarse matrices.
   void give_up_multigrid();
@@ -66,13 +66,13 @@ class PreconditionerSelection {
   std::unique_ptr<Multigrid> multigrid_;  // made at first use
   Preconditioner* chosen_ = &block_jacobi_;
 
-  // State of the coarse matrices.
+  // True if the coarse matrices have been formed and are positive definite.
   bool is_set_up_ = false;
   CoarseMatrixAge age_;
-  Linearisation set_up_place_;        // arguments of the linearisation behind them
-  double set_up_gamma_ = 0;           // s
-  std::int64_t set_up_assembly_ = 0;  // number of the assembly of K that they use
-  std::int64_t rebuilt_until_ = 0;    // until this assembly, each new K rebuilds them
+  Linearisation set_up_place_;        // linearisation behind the coarse matrices
+  double set_up_gamma_ = 0;           // gamma of the coarse matrices (s)
+  std::int64_t set_up_assembly_ = 0;  // number of the assembly behind the coarse matrices
+  std::int64_t rebuilt_until_ = 0;    // assembly number below which each new K causes a rebuild
   int set_ups_ = 0;
 };
 

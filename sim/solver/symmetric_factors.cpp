@@ -21,8 +21,8 @@ bool SymmetricFactors::has_new_pattern(const Matrix& matrix) const {
          !std::equal(analysed_row_.begin(), analysed_row_.end(), matrix.innerIndexPtr());
 }
 
-// Counts the negative pivots and finds the weakest pivot. Returns false if the weakest is lost in
-// rounding.
+// Counts the negative pivots and finds the weakest pivot. Returns false if the weakest pivot is no
+// larger than rounding errors.
 bool SymmetricFactors::judge_pivots(const Matrix& matrix) {
   const auto& order = factors_.permutationP().indices();
   const auto pivots = factors_.vectorD();
@@ -32,7 +32,7 @@ bool SymmetricFactors::judge_pivots(const Matrix& matrix) {
     const double pivot = pivots[order.size() == 0 ? i : order[i]];
     if (pivot < 0) ++negative_;
     const double share = std::abs(pivot / diagonal[i]);
-    // A share that is not a number also passes this comparison.
+    // A ratio that is not a number is not skipped: it counts as 0.
     if (share >= least) continue;
     least = std::isfinite(share) ? share : 0;
     weakest_ = static_cast<int>(i);

@@ -18,11 +18,12 @@ class SymmetricFactors {
   // Factorises a matrix, of which only the lower half is read. Returns false if it is singular to
   // working precision.
   bool factorise(const Matrix& lower);
-  // Number of negative entries of D. Precondition, here and below: factorise() returned true.
+  // Returns the number of negative entries of D. Precondition: factorise() returned true.
   int negative_pivots() const { return negative_; }
-  // Returns A^-1 right.
+  // Returns A^-1 right. Precondition: factorise() returned true.
   Vector solve(const Vector& right) const;
-  // With A = R R^T, R = P^T L D^1/2: return R^-1 x and R^-T x. Precondition: no negative pivots.
+  // solve_root() returns R^-1 x, and solve_transposed_root() returns R^-T x, for A = R R^T with R =
+  // P^T L D^1/2. Precondition: factorise() returned true, and D has no negative entries.
   Vector solve_root(const Vector& x) const;
   Vector solve_transposed_root(const Vector& x) const;
 
@@ -36,7 +37,7 @@ class SymmetricFactors {
 
   Eigen::SimplicialLDLT<Matrix> factors_;
   std::vector<int> analysed_start_, analysed_row_;
-  Vector root_;  // square root of D; valid without negative pivots
+  Vector root_;  // square root of D; valid if D has no negative entries
   int negative_ = 0, weakest_ = -1;
 };
 

@@ -6,8 +6,8 @@ namespace weft::sim {
 
 namespace {
 
-// Largest residual of a solution, as a fraction of the right-hand side. If K is singular up to
-// rounding, the residual is about as large as the right-hand side.
+// Largest residual of a solution, as a fraction of the right-hand side. For a K that is singular up
+// to rounding, the residual is about as large as the right-hand side.
 constexpr double largest_residual = 1e-2;
 
 }  // namespace

@@ -20,14 +20,15 @@ class TangentFactors {
   // Factorises FreeUnknowns::stiffness() of the matrices last assembled and the contacts last
   // evaluated, with gamma = 1 s. Returns false if K is singular to working precision.
   bool factorise();
-  // Number of negative eigenvalues of K. Precondition, here and below: factorise() returned true.
+  // Returns the number of negative eigenvalues of K. Precondition: factorise() returned true.
   int negative_directions() const { return factors_.negative_pivots(); }
   // Solves K displacement = force. Both have one entry per dynamic particle; displacements of held
   // particles become zero, and forces on them are not read. Returns false if the displacement is
-  // not finite or does not satisfy the equation. K is then singular up to rounding.
+  // not finite or does not satisfy the equation. K is then singular up to rounding. Precondition:
+  // factorise() returned true.
   bool solve(std::span<const Vec3> force, std::span<Vec3> displacement) const;
   // Returns the particle of SymmetricFactors::weakest(), also after factorise() has returned false.
-  // It moves in the direction in which K is weakest. Returns -1 if no particle is free.
+  // It belongs to the weakest pivot of K. Returns -1 if no particle is free.
   int weakest_particle() const;
   std::int64_t factorisations() const { return count_; }
 

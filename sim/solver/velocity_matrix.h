@@ -17,12 +17,12 @@ class VelocityMatrix {
  public:
   explicit VelocityMatrix(const Dynamics& dynamics);
 
-  // Forms A for this gamma (s) from the K and D that the dynamics assembled last. Without D nothing
-  // is stored, and products read K. With D, the sum of K and D is stored, O(blocks), which costs
-  // less than a product.
+  // Forms A for this gamma (s) from the K and D that the dynamics assembled last. Without D,
+  // nothing is stored, and products read K. With D, A without contact is stored. O(blocks), less
+  // than the cost of a product.
   void form(double gamma);
   double gamma() const { return gamma_; }
-  // Number of times that form() was called. A changed number means a changed matrix.
+  // Returns the number of calls of form() so far.
   std::int64_t version() const { return version_; }
   const Dynamics& dynamics() const { return dynamics_; }
   const Scene& scene() const { return dynamics_.scene(); }

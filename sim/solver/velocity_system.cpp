@@ -30,7 +30,7 @@ void VelocitySystem::factorise(double gamma, std::span<const double> b,
 }
 
 // Returns `right` with the positions of pinned particles set to zero if pins move. Forces compute
-// the positions of moving pins from the time, so K must not act on these entries.
+// the positions of moving pins from the time, so K must not multiply these entries.
 StateView VelocitySystem::with_free_positions(const StateView& right) {
   if (!dynamics_.pins_move()) return right;
   free_position_.assign(right.position.begin(), right.position.end());
@@ -40,8 +40,8 @@ StateView VelocitySystem::with_free_positions(const StateView& right) {
   return {free_position_, right.velocity};
 }
 
-// Returns the velocities, with zeros for pinned particles if the mass couples these to free ones.
-// Forces take the accelerations of pins from the time.
+// Returns the velocities, with zeros for pinned particles if M couples pinned particles to free
+// ones. Forces compute the accelerations of pins from the time.
 std::span<const Vec3> VelocitySystem::with_free_velocities(std::span<const Vec3> velocity) {
   if (dynamics_.mass().is_diagonal()) return velocity;
   free_velocity_.assign(velocity.begin(), velocity.end());
@@ -50,7 +50,7 @@ std::span<const Vec3> VelocitySystem::with_free_velocities(std::span<const Vec3>
 }
 
 // Forms M b_v - gamma K b_x, contact included. If the stored stiffness includes D
-// (Dynamics::assemble_joined()), subtracting damping_product() removes the share of D.
+// (Dynamics::assemble_joined()), subtracting damping_product() removes D again.
 void VelocitySystem::form_right_side(const StateView& right) {
   const Scene& scene = dynamics_.scene();
   const MassOperator& mass = dynamics_.mass();

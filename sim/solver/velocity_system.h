@@ -60,8 +60,8 @@ class VelocitySystem {
   FactorisationChoice factorisation_;
   std::unique_ptr<DirectSolver> direct_;  // made at first use
   std::vector<Vec3> right_side_;          // M b_v - gamma K b_x
-  std::vector<Vec3> free_position_;       // b_x, with zeros for pinned particles; used if pins move
-  std::vector<Vec3> free_velocity_;       // b_v, with zeros for them; used if the mass couples
+  std::vector<Vec3> free_position_;       // b_x, zero for pinned particles; used if pins move
+  std::vector<Vec3> free_velocity_;  // b_v, zero for pinned particles; used if M is not diagonal
 };
 
 }  // namespace weft::sim

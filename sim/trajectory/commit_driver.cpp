@@ -23,9 +23,9 @@ constexpr haddr_t superblock_address = 0;
 struct CommitFile : H5FD_t {
   int descriptor = -1;
   haddr_t end_of_allocation = 0;
-  haddr_t size = 0;  // of the file on disk
+  haddr_t size = 0;  // size of the file on disk (bytes)
   haddr_t commit_mark = HADDR_UNDEF;
-  std::string failure;  // reason of the first failed write; later writes are skipped
+  std::string failure;  // reason of the first failed write, after which no other is made
   std::map<haddr_t, std::vector<unsigned char>> pending;  // metadata by address, without overlaps
   std::unordered_set<haddr_t> written;                    // addresses of metadata on disk
 };
@@ -41,8 +41,8 @@ herr_t report(const char* function, int error) {
   return -1;
 }
 
-// Records a failed write. HDF5 does not get the error: it would leave objects open that can never
-// be closed.
+// Records a failed write. The error is not passed on to HDF5, which would keep objects open that
+// could never be closed.
 void remember_failure(CommitFile& file, int error) { file.failure = std::strerror(error); }
 
 void write_to_disk(CommitFile& file, haddr_t address, const unsigned char* bytes,
@@ -71,7 +71,7 @@ void resize_on_disk(CommitFile& file, haddr_t size) {
   file.size = size;
 }
 
-// Drops the pending bytes in [address, address + size). Newer bytes replace them.
+// Removes the pending bytes in [address, address + size), which newer bytes will replace.
 void forget_pending(CommitFile& file, haddr_t address, std::size_t size) {
   const haddr_t end = address + size;
   auto entry = file.pending.upper_bound(address);
@@ -91,8 +91,8 @@ void forget_pending(CommitFile& file, haddr_t address, std::size_t size) {
   }
 }
 
-// Writes pending metadata in the order that commit_driver.h promises. After a failed write all
-// later ones are skipped, so none overtakes it.
+// Writes the pending metadata in the order that commit_driver.h promises. After a failed write, all
+// later writes are skipped, which preserves the order.
 void commit(CommitFile& file) {
   const auto write_where = [&](auto&& condition) {
     for (const auto& [address, bytes] : file.pending) {
@@ -105,8 +105,8 @@ void commit(CommitFile& file) {
   const auto is_new = [&](haddr_t address) { return !file.written.contains(address); };
 
   write_where([&](haddr_t address) { return !is_special(address) && is_new(address); });
-  // The file grows before its superblock is written: readers refuse a file shorter than the
-  // superblock says.
+  // The file must grow before its superblock is written, because readers refuse a file that is
+  // shorter than its superblock says.
   if (file.size < file.end_of_allocation) resize_on_disk(file, file.end_of_allocation);
   write_where([](haddr_t address) { return address == superblock_address; });
   write_where([&](haddr_t address) { return !is_special(address) && !is_new(address); });
@@ -146,7 +146,7 @@ herr_t close_file(H5FD_t* base) {
 }
 
 herr_t query_features(const H5FD_t*, unsigned long* flags) {
-  // HDF5 must not merge pieces of metadata: the driver needs each one separately.
+  // The flag tells HDF5 not to merge pieces of metadata, since the driver needs each separately.
   *flags = H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
   return 0;
 }
@@ -177,7 +177,7 @@ herr_t read_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t 
         pread(file.descriptor, bytes + done, size - done, static_cast<off_t>(address + done));
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return report(__func__, errno);
-    if (count == 0) break;  // bytes beyond the end are zero, as in a sparse file
+    if (count == 0) break;  // bytes beyond the end of the file count as zero
     done += static_cast<std::size_t>(count);
   }
   std::fill(bytes + done, bytes + size, static_cast<unsigned char>(0));
@@ -193,7 +193,8 @@ herr_t read_bytes(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t 
   return 0;
 }
 
-// Must be noexcept: an exception for lack of memory must not unwind through HDF5.
+// Stores a write of HDF5. The function is noexcept because an exception for lack of memory must not
+// unwind through HDF5.
 herr_t write_bytes(H5FD_t* base, H5FD_mem_t type, hid_t, haddr_t address, std::size_t size,
                    const void* buffer) noexcept {
   CommitFile& file = as_commit_file(base);
@@ -212,14 +213,14 @@ herr_t flush_file(H5FD_t* base, hid_t, hbool_t) {
   return 0;
 }
 
-// Does nothing. commit() grows the file, and close_file() shrinks it after the last commit.
+// Does nothing: commit() grows the file, and close_file() shrinks it after the last commit.
 herr_t truncate_file(H5FD_t*, hid_t, hbool_t) { return 0; }
 
 H5FD_class_t make_driver_class() {
   H5FD_class_t driver{};
 #if H5_VERSION_GE(1, 13, 2)
   driver.version = H5FD_CLASS_VERSION;
-  driver.value = static_cast<H5FD_class_value_t>(600);  // in the range for drivers outside HDF5
+  driver.value = static_cast<H5FD_class_value_t>(600);  // outside the range that HDF5 reserves
 #endif
   driver.name = "weft_commit";
   driver.maxaddr = (static_cast<haddr_t>(1) << 62) - 1;

@@ -2,26 +2,30 @@
 // sim/.
 //
 // HDF5 alone does not promise this. Between two flushes it may write some of its metadata and not
-// the rest. A file of the 1.10 format carries a mark "open for writing" that makes readers refuse
-// it. Single-writer mode (SWMR) keeps that mark and forbids new objects.
+// the rest. Files of the 1.10 format also carry a mark "open for writing" while they are written,
+// and readers refuse a file with this mark. Single-writer mode (SWMR) keeps the mark and forbids
+// new objects.
 //
-// This driver keeps every metadata write in memory until HDF5 flushes the file. Raw data goes to
-// disk at once, since nothing on disk points to it yet. A flush writes the metadata in an order in
-// which each prefix is a consistent file:
+// This driver keeps every metadata write in memory until HDF5 flushes the file. It writes raw data
+// to disk at once, since nothing on disk points to it yet. A flush writes the metadata in the
+// following order. After each of these writes, the file on disk is consistent:
 //   1. metadata at addresses never written before;
 //   2. the superblock, whose end-of-file covers that metadata;
 //   3. changed metadata, in place;
-//   4. one chosen object, the commit mark.
+//   4. the header of one chosen dataset, the commit mark.
 // The driver has no lock method, so HDF5 sets no mark and readers may open the file while it is
 // written.
 //
-// The driver relies on three properties of how Weft uses HDF5. Nothing is ever deleted, so no
-// address is used twice. No two pieces of metadata that change in place must agree with each other:
-// chunk indices are extensible arrays, and growing groups keep their links in the object header.
-// The file space is paged, so a piece smaller than a page (4 KiB) never crosses a page border, and
-// a signal does not tear its write. Only chunk indices of more than about 8000 frames have larger
-// pieces. The driver guards against the death of the process, not of the machine: it does not
-// fsync.
+// The driver relies on three properties of how Weft uses HDF5:
+// - Nothing is ever deleted, so no address is used twice.
+// - Pieces of metadata that change in place need not agree with each other: chunk indices are
+//   extensible arrays, and growing groups keep their links in the object header.
+// - The file space is paged, so a piece of metadata smaller than a page (4 KiB) never crosses a
+// page
+//   border, and a signal does not tear its write. Only chunk indices of more than about 8000 frames
+//   have larger pieces.
+//
+// The driver guards against the death of the process, not of the machine: it does not call fsync().
 #pragma once
 
 #include <hdf5.h>
@@ -30,23 +34,23 @@
 
 namespace weft::sim {
 
-// Page size of files made with set_commit_allocation() (bytes).
+// Page size (bytes) of files that are created with set_commit_allocation().
 inline constexpr hsize_t commit_page_size = 4096;
 
-// Sets this driver in a file access property list, and the newest file format that HDF5 1.10 reads.
-// Returns a negative value on failure, like HDF5's own functions.
+// Sets this driver and the file format of HDF5 1.10 in a file access property list. Returns a
+// negative value on failure, like HDF5's own functions.
 herr_t set_commit_driver(hid_t file_access);
-// Sets the paged allocation that the driver needs, in a file creation property list. Returns a
-// negative value on failure.
+// Sets the paged allocation of file space, which the driver needs, in a file creation property
+// list. Returns a negative value on failure.
 herr_t set_commit_allocation(hid_t file_creation);
-// Makes the open dataset `object` the commit mark of the open `file`. Returns a negative value on
+// Makes the open dataset `object` the commit mark of the open file. Returns a negative value on
 // failure, also if the dataset's header has more than one piece.
 herr_t set_commit_mark(hid_t file, hid_t object);
-// Returns the descriptor of the open file, or -1 if the file is closed.
+// Returns the file descriptor of the open file, or -1 if the file is closed.
 int commit_descriptor(hid_t file);
-// Returns the reason why a write to disk failed; empty if none failed. After a failure nothing more
-// is written, so the committed frames stay readable. HDF5's functions still report success then:
-// call this after each flush.
+// Returns the reason why a write to disk failed, or an empty text if none failed. After a failure
+// nothing more is written, so the committed frames stay readable. Because HDF5's functions still
+// report success then, call this function after each flush.
 std::string commit_failure(hid_t file);
 
 }  // namespace weft::sim

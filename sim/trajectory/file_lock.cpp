@@ -50,7 +50,7 @@ LockedFile::LockedFile(const std::string& path)
     return;
   }
   if (errno == ENOENT) return;
-  // The file exists but cannot be opened for writing. Its lock can still be queried.
+  // The file cannot be opened for writing, but its lock can still be queried.
   state_ = is_locked(path) ? State::held_by_another : State::without_lock;
   descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
 }

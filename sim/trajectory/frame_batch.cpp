@@ -5,7 +5,8 @@
 namespace weft::sim {
 namespace {
 
-// Returns columns [first, first + width) of rows of `columns` numbers, row by row.
+// Returns the columns [first, first + width) of a table, row by row. `rows` is the table, whose
+// rows have `columns` numbers.
 std::vector<double> columns_of(const std::vector<double>& rows, std::size_t first,
                                std::size_t width, std::size_t columns) {
   assert(columns > 0 && rows.size() % columns == 0 && first + width <= columns);

@@ -9,11 +9,11 @@
 
 namespace weft::sim {
 
-// Frames in the layout of the file: per body and dataset, one image by texel after the other.
-// Positions are rounded as `rounding` says.
+// The waiting frames, in the layout of the file. Each dataset of a body is a list of images, frame
+// by frame, and an image is stored texel by texel.
 class FrameBatch {
  public:
-  // `bodies` is kept by reference.
+  // Keeps a reference to `bodies`. Positions are stored with `precision`, after `rounding`.
   FrameBatch(const std::vector<TrajectoryBody>& bodies, Precision precision,
              const Rounding& rounding);
 
@@ -28,31 +28,33 @@ class FrameBatch {
   // Returns the memory that the frames occupy (bytes).
   std::size_t bytes() const;
   const std::vector<double>& times() const { return times_; }
-  // Images of a body, frame by frame; empty for a body that does not move. Only the list of the
-  // batch's precision is filled: exact_positions() for float64, positions() for float32.
+  // Return the images of a body's positions (m); empty for a body that does not move. With
+  // precision float64, exact_positions() has the images and positions() is empty; with float32,
+  // vice versa.
   const std::vector<float>& positions(std::size_t body) const { return positions_[body]; }
   const std::vector<double>& exact_positions(std::size_t body) const {
     return exact_positions_[body];
   }
+  // Returns the images of a field of a body.
   const std::vector<float>& field(std::size_t body, std::size_t field) const {
     return fields_[body][field];
   }
-  // Returns `width` numbers per frame from the records, starting at column `first`. The records of
-  // a frame have `columns` numbers.
+  // Returns the columns [first, first + width) of the records, frame by frame. The records of a
+  // frame have `columns` numbers altogether.
   std::vector<double> records(std::size_t first, std::size_t width, std::size_t columns) const;
-  // Returns the values of one of `columns` series. series() gives one value per frame, steps() one
-  // per step.
+  // Return the values of one of `columns` series: one value per frame (series()) or per step
+  // (steps()).
   std::vector<double> series(std::size_t column, std::size_t columns) const;
   std::vector<double> steps(std::size_t column, std::size_t columns) const;
 
  private:
   const std::vector<TrajectoryBody>& bodies_;
   Precision precision_;
-  Rounding rounding_;  // of positions
+  Rounding rounding_;  // rounding of positions
   std::vector<double> times_, series_rows_, step_rows_, record_rows_;
   std::vector<std::vector<float>> positions_;
   std::vector<std::vector<double>> exact_positions_;
-  std::vector<std::vector<std::vector<float>>> fields_;  // by body and field
+  std::vector<std::vector<std::vector<float>>> fields_;  // images by body and field
 };
 
 }  // namespace weft::sim

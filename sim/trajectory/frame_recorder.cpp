@@ -11,10 +11,10 @@ namespace {
 
 using Series = TrajectoryWriter::Series;
 
-// Wall time between commits (s). A killed run loses at most the frames of this time.
+// Usual wall time between commits (s). A killed run loses the frames since its last commit.
 constexpr double commit_interval = 0.25;
 
-// A series of counters or phase times, with one value per frame.
+// A series about a counter or a phase time, with one value per frame.
 struct StatisticColumn {
   const char* name;
   const char* units;
@@ -79,7 +79,7 @@ std::vector<TrajectoryRecord> trajectory_records(const RecordedChannels& channel
   return records;
 }
 
-// Returns the series of energies, in the order of the values of named().
+// Returns the series of energies. append_energies() and named() give their values in this order.
 std::vector<Series> energy_series(const Dynamics& dynamics) {
   std::vector<Series> series{
       {"energy_kinetic", "J"}, {"energy_gravitational", "J"}, {"energy_contact", "J"}};
@@ -104,7 +104,7 @@ std::vector<Series> step_series(const Dynamics& dynamics) {
   return series;
 }
 
-// Returns the energies, each with the name of its series.
+// Returns the energies (J), each with the name of its series.
 std::vector<std::pair<std::string, double>> named(const Energies& energies) {
   std::vector<std::pair<std::string, double>> values{
       {"energy_kinetic", energies.kinetic},

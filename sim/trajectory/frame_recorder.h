@@ -1,4 +1,4 @@
-// Records a run: computes the numbers of its frames and steps and writes them to a trajectory.
+// Records a run: computes the values of its frames and steps, and writes them to a trajectory.
 #pragma once
 
 #include <string>
@@ -13,29 +13,31 @@
 
 namespace weft::sim {
 
-// Writes frames (positions, channels, energies, counters, phase times), and one row per step.
+// Writes the frames of a run and one row of values per step. A frame has positions, channels,
+// energies, counters and phase times.
 class FrameRecorder {
  public:
-  // Creates the trajectory at `path`. The series `more` follow those of every run. The cost of
-  // frames and commits is added to `cost`, which must outlive the recorder. Energies of frames, the
-  // constructor and add_step() are not counted. Throws FileError.
+  // Creates the trajectory at `path`. `more` lists series in addition to those of every run. The
+  // cost of frames and commits is added to `cost`, which must outlive the recorder. The costs of
+  // this constructor, of add_step() and of the energies of frames are not added. Throws FileError.
   FrameRecorder(const Simulation& simulation, const std::string& path, bool force, Cost& cost,
                 const std::vector<TrajectoryWriter::Series>& more = {});
 
-  // Adds a row about the last step to /steps. The row is written with the next frame.
+  // Adds a row about the last step of the simulation. The row is written with the next frame.
   void add_step(const Simulation& simulation);
-  // Adds a frame with the state `y` at `time` (s) and a value per series of `more`. Returns the
-  // frame's largest stretch (l / L - 1). Throws FileError.
+  // Adds a frame: the state `y` at `time` (s). `more` has one value for each series in the
+  // constructor's `more`. Returns the frame's largest stretch (l / L - 1). Throws FileError.
   double add_frame(double time, std::span<const double> y, const IntegratorCounts& counts,
                    std::span<const double> more = {});
-  // Commits if frames would otherwise wait too long during the next `pause` seconds: longer than a
-  // quarter of a second, the usual time between commits.
+  // Commits the waiting frames if the last commit will be at least a quarter of a second old after
+  // a pause of `pause` seconds, or if they occupy 64 MiB. Throws FileError.
   void commit_before_pause(double pause);
+  // Writes the waiting frames. Throws FileError.
   void commit();
-  // Commits, and writes how the run ended. No frame may follow.
+  // Commits, and writes the end of the run. No frame may follow. Throws FileError.
   void finish(const RunEnd& end);
   int frames() const { return writer_.frames(); }
-  // Returns the energies of the last frame (J), each with the name of its series.
+  // Returns the energies (J) of the last frame, each with the name of its series.
   const std::vector<std::pair<std::string, double>>& energies() const { return energies_; }
   // Throws FileError unless the path still names the recorder's file.
   void check_in_place() const { writer_.check_in_place(); }

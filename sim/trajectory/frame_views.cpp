@@ -10,18 +10,19 @@ namespace {
 using hdf5::Handle;
 using hdf5::make_space;
 
-// Largest number of links in a group below /frame. So many links, with their names, fit into one
-// page of metadata.
+// Number of links for which a group of frames has room in its header. The header, with the names of
+// the links, fits into one page of metadata.
 constexpr int links_per_group = 128;
+// Lengths of names for which the headers of groups have room (characters).
 constexpr int frame_name_length = 8;
 constexpr int body_name_length = 16;
 constexpr int dataset_name_length = 32;
-// Frames per group of the second level, /frame/A. With three levels, no group outgrows its page
-// before the two-millionth frame.
+// Number of frames in a group /frame/A. With the three levels /frame, A and B, no group outgrows
+// its page before the two-millionth frame.
 constexpr int frames_per_shelf = links_per_group * links_per_group;
 
-// Returns properties of a group whose links stay in its object header, as the commit driver
-// requires. The header has room for `links` links from the start.
+// Returns creation properties of a group whose links stay in its object header, as the commit
+// driver requires. The header has room for `links` links with names of `name_length` characters.
 Handle growing_group_properties(int links, int name_length) {
   Handle properties(H5Pcreate(H5P_GROUP_CREATE));
   H5Pset_link_phase_change(properties.get(), 65535, 0);
@@ -42,8 +43,8 @@ std::vector<std::string> viewed_datasets(const std::vector<TrajectoryBody>& bodi
   return names;
 }
 
-// Returns the number of bodies with views. Bodies at rest have none, because their links would take
-// room in the header of every frame.
+// Returns the number of bodies that move. Only these have views: links to other bodies would take
+// room in the headers of every frame.
 int moving_count(const std::vector<TrajectoryBody>& bodies) {
   return static_cast<int>(std::ranges::count_if(bodies, &TrajectoryBody::moves));
 }
@@ -90,8 +91,8 @@ void FrameViews::open_groups() {
   }
 }
 
-// Makes a virtual dataset, [texels, 3] or [texels], that shows one frame. Unlike XDMF hyperslabs,
-// all readers of ParaView understand virtual datasets.
+// The view is a virtual dataset [texels, 3] or [texels]. Unlike hyperslabs of XDMF, all readers of
+// ParaView understand virtual datasets.
 std::string FrameViews::link_view(hid_t group, const TrajectoryBody& body,
                                   const std::string& dataset, hid_t type, int components) const {
   const std::string action = "write frame " + std::to_string(frame_);
@@ -145,7 +146,7 @@ std::vector<XdmfSurface> FrameViews::surfaces_at_rest() const {
 std::vector<XdmfSurface> FrameViews::add_frame() {
   open_groups();
   const Handle group = make_group(block_group_.get(), std::to_string(frame_), of_datasets_);
-  std::vector<Handle> groups;  // by dataset name, as in datasets_
+  std::vector<Handle> groups;  // one per entry of datasets_
   for (const std::string& dataset : datasets_)
     groups.push_back(make_group(group.get(), dataset, of_bodies_));
   std::vector<XdmfSurface> surfaces;

@@ -12,7 +12,7 @@ Rounding::Rounding(double error) {
   assert(error > 0);
   int exponent = 0;
   std::frexp(error, &exponent);  // 2^(exponent - 1) <= error < 2^exponent
-  // Rounding moves a number by at most half a quantum.
+  // Rounding changes a number by at most half a quantum, which is 2^(exponent - 1).
   quantum_ = std::ldexp(1.0, exponent);
   least_multiple_ = std::ldexp(quantum_, std::numeric_limits<double>::digits);
 }

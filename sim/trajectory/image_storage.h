@@ -1,4 +1,4 @@
-// How the images of a trajectory are stored: the precision of their numbers and their compression.
+// Storage of the images of a trajectory: precision of their numbers, rounding and compression.
 // Private to sim/.
 #pragma once
 
@@ -13,17 +13,18 @@
 
 namespace weft::sim {
 
-// Rounds numbers to multiples of a power of two. Their last bits become zeros, which compress well.
+// A rounding of numbers to multiples of a power of two. The last bits of rounded numbers are zeros,
+// which compress well.
 class Rounding {
  public:
   // Makes a rounding that changes nothing.
   Rounding() = default;
-  // Rounds to multiples of the largest power of two that changes no number by more than `error` (>
-  // 0).
+  // Makes a rounding to multiples of the largest power of two for which no number changes by more
+  // than `error`. Precondition: error > 0.
   explicit Rounding(double error);
 
-  // Replaces numbers by the nearest multiples, which a Number represents exactly. Numbers so large
-  // that every one is a multiple stay as they are, and so do infinity and NaN.
+  // Rounds numbers in place to the nearest multiples, which the type Number represents exactly.
+  // Infinity, NaN and numbers so large that they are multiples already do not change.
   template <class Number>
   void apply(std::span<Number> numbers) const {
     if (quantum_ == 0) return;
@@ -36,11 +37,11 @@ class Rounding {
 
  private:
   double quantum_ = 0;
-  double least_multiple_ = 0;  // all numbers of at least this size are multiples
+  double least_multiple_ = 0;  // every double of at least this magnitude is a multiple of quantum_
 };
 
-// Appends the image of a body, texel by texel. `by_particle` has `components` numbers per particle.
-// O(texels).
+// Appends an image of a body to `texels`, texel by texel. `by_particle` holds the values:
+// `components` numbers per particle. O(texels).
 template <class Number>
 void append_texels(const bsi::Atlas& atlas, std::span<const double> by_particle, int components,
                    std::vector<Number>& texels) {
@@ -55,7 +56,8 @@ void append_texels(const bsi::Atlas& atlas, std::span<const double> by_particle,
   }
 }
 
-// Appends the image of a body's positions, rounded. O(texels).
+// Appends the rounded image of a body's positions to `texels`. `by_particle` holds the positions
+// (m). O(texels).
 template <class Number>
 void append_positions(const bsi::Atlas& atlas, std::span<const Vec3> by_particle,
                       const Rounding& rounding, std::vector<Number>& texels) {
@@ -64,11 +66,11 @@ void append_positions(const bsi::Atlas& atlas, std::span<const Vec3> by_particle
   rounding.apply(std::span(texels).subspan(before));
 }
 
-// Sets the filters of a compression for a chunked dataset: shuffle and gzip, which every HDF5
-// library has.
+// Sets the HDF5 filters for a compression in the creation properties of a chunked dataset: shuffle
+// and gzip, or none.
 void set_filters(hid_t properties, Compression compression);
 
-// Returns the HDF5 type of positions in the file.
+// Returns the HDF5 type in which files store positions of this precision.
 hid_t file_type(Precision precision);
 
 }  // namespace weft::sim

@@ -6,9 +6,9 @@
 
 namespace weft::sim {
 
-// Returns the object as text, indented by two. Bytes that are not UTF-8, such as names in an old
-// encoding, become the replacement character. JSON allows the control characters U+007F to U+009F,
-// but terminals obey them, so they are escaped.
+// Returns the object as text, indented by two spaces. Bytes that are not UTF-8 become the
+// replacement character U+FFFD. The control characters U+007F to U+009F are escaped: JSON allows
+// them, but terminals obey them.
 inline std::string json_text(const nlohmann::ordered_json& object) {
   const std::string raw = object.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
   constexpr const char* digits = "0123456789abcdef";

@@ -8,9 +8,10 @@ namespace {
 using hdf5::Handle;
 using hdf5::make_space;
 
-constexpr hsize_t list_chunk = 128;  // entries; a commit rewrites 1 KiB per list of scalars
+// Entries per chunk of a list. A commit rewrites the last chunk, which is 1 KiB for numbers.
+constexpr hsize_t list_chunk = 128;
 
-// Returns the shape of a list of `entries` entries.
+// Returns the shape of the dataset of a list with `entries` entries.
 std::vector<hsize_t> shape_of(hsize_t entries, int components) {
   if (components == 1) return {entries};
   return {entries, static_cast<hsize_t>(components)};

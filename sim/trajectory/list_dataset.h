@@ -1,4 +1,4 @@
-// Growing datasets with one number or vector per frame or step. Private to sim/.
+// Lists: growing datasets with one number or vector per frame or step. Private to sim/.
 #pragma once
 
 #include <span>
@@ -13,15 +13,15 @@ namespace weft::sim {
 hdf5::Handle create_list(const hdf5::Access& access, hid_t group, const std::string& name,
                          int components = 1);
 
-// Appends `values`, with `components` numbers per entry, after the first `start` entries. `action`
-// names the write in error messages. Throws FileError.
+// Writes `values` to a list of `start` entries as further entries of `components` numbers each.
+// `action` describes the write in error messages. Throws FileError.
 void append_to_list(const hdf5::Access& access, hid_t dataset, hsize_t start,
                     std::span<const double> values, int components, const std::string& action);
 
-// Returns properties of a group that records the order in which its members are created. Readers
-// list the members in that order.
+// Returns creation properties of a group that records the order in which its members are created.
 hdf5::Handle ordered_group();
-// Creates the missing groups among those that `path` names before its last part. Throws FileError.
+// Creates the groups that contain the object at `path`, as far as they are missing. Throws
+// FileError.
 void create_groups_above(const hdf5::Access& access, hid_t file, const std::string& path);
 
 }  // namespace weft::sim

@@ -102,7 +102,8 @@ const std::vector<std::vector<std::span<const double>>>& RecordedImages::fields(
   return fields_;
 }
 
-// Returns the values of a field at the points of the image; velocities of shells are mapped there.
+// Returns the values of a field as the image holds them. Velocities of a shell are mapped from its
+// control points to the points of the image.
 std::span<const double> RecordedImages::on_image(std::size_t i, std::size_t field,
                                                  std::span<const double> values) {
   if (maps_[i].is_identity() || is_velocity_[i][field] == 0) return values;

@@ -1,6 +1,6 @@
-// The images of a trajectory: those of the bodies that the case records, whole or in part. Images
-// of shells hold points of their surfaces and the velocities of these; their forces of contact are
-// those on control points.
+// The images that a run records: positions and fields of the bodies that the case selects, whole or
+// in part. The image of a shell holds points of its surface and their velocities. Its contact
+// forces are those on the control points.
 #pragma once
 
 #include <span>
@@ -21,12 +21,13 @@ class RecordedImages {
   std::vector<TrajectoryBody> bodies() const;
   // Returns the particles of these bodies that seams hold together, without those of parts.
   std::vector<SewnParticles> sewn() const;
-  // Returns the positions of each recorded body, by its recorded particles. `all` holds the
-  // positions of all particles of the scene. The result is valid until the next call and as long as
-  // `all` is.
+  // Returns the positions (m) of each recorded body, by its recorded particles. `all` holds the
+  // positions of all particles of the scene. The result is valid until the next call, and no longer
+  // than `all`.
   const std::vector<std::span<const Vec3>>& positions(std::span<const Vec3> all);
-  // Returns the field values of each recorded body, as the channels last computed them. The result
-  // is valid until the next call of this function or of RecordedChannels::compute().
+  // Returns the values that the channels last computed, by recorded body and by field, with one
+  // entry per recorded particle. The result is valid until the next call of this function or of
+  // RecordedChannels::compute().
   const std::vector<std::vector<std::span<const double>>>& fields();
 
  private:
@@ -36,17 +37,20 @@ class RecordedImages {
   const Scene& scene_;
   const RecordedChannels& channels_;
   std::vector<RecordedBody> recorded_;
-  std::vector<std::vector<int>> components_;  // by body and field
+  std::vector<std::vector<int>> components_;  // numbers per particle, by body and field
   std::vector<std::vector<char>> is_velocity_;
   std::vector<std::span<const Vec3>> positions_;
   std::vector<std::vector<std::span<const double>>> fields_;
-  // Values of bodies that are recorded in part: positions by body, fields by body and field.
+  // Storage for values of bodies that are recorded in part: positions by body, and fields by body
+  // and field.
   std::vector<std::vector<Vec3>> position_memory_;
   std::vector<std::vector<std::vector<double>>> field_memory_;
-  // Points of shells: positions by body, velocities by body and field.
+  // Storage for values at surface points of shells: positions by body, and velocities by body and
+  // field.
   std::vector<std::vector<Vec3>> point_memory_;
   std::vector<std::vector<std::vector<Vec3>>> velocity_memory_;
-  // Maps from control points of shells to the points of their images; identities of other bodies.
+  // Maps from the control points of shells to the points of their images, by body. For other bodies
+  // they are identities.
   std::vector<SurfaceMap> maps_;
 };
 

@@ -1,4 +1,4 @@
-// Trajectories on disk: HDF5 with an XDMF sidecar.
+// Trajectories on disk: HDF5 files, each with an XDMF sidecar for ParaView.
 #pragma once
 
 #include <cstdint>
@@ -25,40 +25,40 @@ struct SewnParticles {
 
 // A field of a body: one number or vector per texel and frame, besides the positions.
 struct TrajectoryField {
-  std::string name;  // of the dataset
+  std::string name;  // name of the dataset
   std::string units;
   std::string channel;  // name of the channel (sim/case/channels.h)
-  int components = 3;   // 1: scalar
+  int components = 3;   // 1: a number, 3: a vector
   bool operator==(const TrajectoryField&) const = default;
 };
 
-// Values that belong to no texel: one number or vector per frame.
+// A record: one number or vector per frame that belongs to no texel.
 struct TrajectoryRecord {
-  std::string path;  // of the dataset, for example "reactions/cloth/pin_1/force"
+  std::string path;  // path of the dataset, for example "reactions/cloth/pin_1/force"
   std::string units;
-  std::string channel;
-  int components = 1;
+  std::string channel;  // name of the channel (sim/case/channels.h)
+  int components = 1;   // 1: a number, 3: a vector
   bool operator==(const TrajectoryRecord&) const = default;
 };
 
-// A body as the trajectory stores it. All patches of a body have the same size. Names are unique
-// and not empty, and contain no '/'.
+// A body as the trajectory stores it. All patches of a body have the same size. The names of bodies
+// are unique, not empty, and contain no '/'.
 struct TrajectoryBody {
   std::string name;
   bsi::Atlas atlas;
-  bool moves = true;  // false: positions are written once, not per frame
+  bool moves = true;  // if false, positions are written once instead of per frame
   bool is_obstacle = false;
-  double thickness = 0;   // m
-  int spline_degree = 0;  // of a shell, whose images hold points of its surface. 0: no shell
-  std::vector<TrajectoryField> fields = {};  // only for bodies that move
-  // Rows and columns of the body's images that the atlas shows, in increasing order. Empty: all.
+  double thickness = 0;                      // m
+  int spline_degree = 0;                     // degree of a shell's splines; 0 for other bodies
+  std::vector<TrajectoryField> fields = {};  // empty if the body does not move
+  // Rows and columns of the whole image that the atlas shows, in increasing order. Empty: all.
   std::vector<int> part_rows = {}, part_cols = {};
   bool is_part() const { return !part_rows.empty(); }
 };
 
-// The values of one frame besides positions and series.
+// The values of the channels in one frame.
 struct FrameChannels {
-  // By body and field: `components` numbers per particle.
+  // Values by body and field, with TrajectoryField::components numbers per particle.
   std::vector<std::vector<std::span<const double>>> fields;
   // Values of all records, one record after the other.
   std::span<const double> records;
@@ -67,8 +67,8 @@ struct FrameChannels {
 // The end of a run: its status and its cost.
 struct RunEnd {
   std::string status;  // "done", "failed" or "interrupted"
-  std::string reason;  // why the run failed or was stopped
-  Bill bill;           // up to the time of writing
+  std::string reason;  // reason of a failure or a stop, in words; else empty
+  Bill bill;           // costs until the end is written
 };
 
 // Writes a trajectory. The file has the following layout (format version 1; full reference:
@@ -93,9 +93,9 @@ struct RunEnd {
 //                            together (only with seams)
 //   /series/NAME[N]          float64, attribute units: energies, counters, solver statistics
 //   /steps/NAME[S]           float64, attribute units: one entry per accepted step, written
-//                            with the frame that follows it; the first /series/steps[n] precede
-//                            frame n
-//   /run                     attributes, once the run has ended: how it ended and what it cost
+//                            with the frame that follows it; the first /series/steps[n] entries
+//                            precede frame n
+//   /run                     attributes, once the run has ended: status, reason and costs
 //   /frame/A/B/F/position/NAME   virtual dataset [texels, 3] for the sidecar: frame F, with
 //                            A = F / 16384 and B = F / 128; likewise FIELD/NAME for each field
 class TrajectoryWriter {
@@ -107,25 +107,25 @@ class TrajectoryWriter {
   struct Options {
     std::string title = {};
     std::string case_text = {};
-    std::string compute = {};  // device of the contact search, and why
-    bool force = false;        // overwrites an existing file
+    std::string compute = {};  // device of the contact search and its reason
+    bool force = false;        // if true, overwrites an existing file
     std::vector<Series> step_series = {};
     std::vector<TrajectoryRecord> records = {};
     std::vector<SewnParticles> sewn = {};
-    Precision precision = Precision::float32;     // of positions
-    Compression compression = Compression::none;  // of frames: positions and fields
-    // Largest change of a coordinate by Compression::bounded (m, > 0). Rounding to `precision`
-    // comes on top.
+    Precision precision = Precision::float32;     // precision of positions
+    Compression compression = Compression::none;  // compression of positions and fields
+    // Largest change of a coordinate by Compression::bounded (m, > 0), in addition to the rounding
+    // to `precision`.
     double compression_error = 1e-6;
-    // Frames wait in memory until this wall time (s) has passed since the last commit, or until
-    // they occupy 64 MiB.
+    // Wall time between commits (s). write_frame() commits the waiting frames if this time has
+    // passed since the last commit, or if they occupy 64 MiB.
     double commit_interval = 0;
   };
-  // Creates `path` and its sidecar. The file has a temporary name until its header is complete and
-  // flushed. It is locked while the writer lives (file_lock.h). `initial_positions` holds one list
-  // per body, by particle (m); lists of bodies that move are not read and may be empty. Throws
-  // FileError if a file cannot be written, or exists without `force`. Throws it even with `force`
-  // if another writer holds the old file.
+  // Creates the file `path` and its sidecar. The file has a temporary name until its header is
+  // complete and flushed. It is locked while the writer lives (file_lock.h). `initial_positions`
+  // (m) holds one list per body, by particle; lists of bodies that move are not read and may be
+  // empty. Throws FileError if a file cannot be written, or if it exists and `force` is false. Even
+  // with `force`, throws it if another writer holds the lock of the old file.
   TrajectoryWriter(const std::string& path, std::vector<TrajectoryBody> bodies,
                    std::vector<Series> series, Options options,
                    const std::vector<std::span<const Vec3>>& initial_positions);
@@ -136,28 +136,28 @@ class TrajectoryWriter {
   TrajectoryWriter(const TrajectoryWriter&) = delete;
   TrajectoryWriter& operator=(const TrajectoryWriter&) = delete;
 
-  // Appends a frame at `time` (s), and commits if `commit_interval` has passed. Positions (m) and
-  // fields are by body; entries of bodies that do not move are not read. `series` holds one value
-  // per series. `step_rows` holds the steps since the last frame, each as one value per step
-  // series. Throws FileError; committed frames then remain, and no other frame can be written.
-  // O(texels), no fsync.
+  // Appends a frame at `time` (s), and commits if a commit is due (Options::commit_interval).
+  // Positions (m) and fields are by body; entries of bodies that do not move are not read. `series`
+  // holds one value per series. `step_rows` has one row per step since the last frame, with one
+  // value per step series. Throws FileError; committed frames then remain, and no other frame can
+  // be written. O(texels); does not call fsync().
   void write_frame(double time, const std::vector<std::span<const Vec3>>& positions,
                    const FrameChannels& channels, std::span<const double> series,
                    std::span<const double> step_rows = {});
-  // Writes the waiting frames, and lists them in the sidecar (PATH with .xdmf). Afterwards they can
-  // be read even if this process dies. If the process is killed within this call, either all of
-  // these frames can be read or none. Throws FileError like write_frame(). The destructor commits
-  // too, but ignores errors.
+  // Writes the waiting frames, and lists them in the sidecar, whose path is `path` with the
+  // extension .xdmf. Afterwards they can be read even if this process dies. If the process is
+  // killed within this call, either all of these frames can be read or none. Throws FileError like
+  // write_frame(). The destructor commits too, but ignores errors.
   void commit();
-  // Commits, and writes how the run ended. No frame may follow. Throws FileError like
+  // Commits, and writes the end of the run. No frame may follow. Throws FileError like
   // write_frame().
   void finish(const RunEnd& end);
-  // True if frames should be committed before work that takes `pause` seconds: the commit interval
-  // will have passed by then, or the waiting frames occupy 64 MiB.
+  // True if waiting frames should be committed before work that takes `pause` seconds: the commit
+  // interval will have passed after this work, or the frames occupy 64 MiB.
   bool is_due(double pause) const;
-  // Number of frames, both committed and waiting.
+  // Returns the number of frames, both committed and waiting.
   int frames() const;
-  // Throws FileError unless the path still names this writer's file, which may have been moved,
+  // Throws FileError if the path no longer names this writer's file, because the file was moved,
   // removed or replaced.
   void check_in_place() const;
 
@@ -166,40 +166,44 @@ class TrajectoryWriter {
   std::unique_ptr<Implementation> implementation_;
 };
 
-// Reads a trajectory, even one whose run was killed or is still going on. frames() counts the
-// frames that were complete when the file was opened. Precondition: frames and bodies are in range.
-// A fault of the file throws FileError. Like HDF5, only one thread may use readers at a time.
+// Reads a trajectory, even if its run was killed or is still going on. Preconditions: indices of
+// frames and bodies are in range, and only one thread uses readers at a time, because HDF5 requires
+// this. All functions that read the file throw FileError if it is damaged or cannot be read.
 class TrajectoryReader {
  public:
   explicit TrajectoryReader(const std::string& path);
   ~TrajectoryReader();
   TrajectoryReader(const TrajectoryReader&) = delete;
   TrajectoryReader& operator=(const TrajectoryReader&) = delete;
+  // Returns the number of frames that were complete when the file was opened.
   int frames() const;
+  // Returns the time of a frame (s).
   double time(int frame) const;
   std::string title() const;
-  std::string weft_version() const;  // of the writer
-  std::string case_text() const;
-  // Empty while the run is going on, if it was killed, and for files of earlier versions.
+  std::string weft_version() const;  // version of Weft that wrote the file
+  std::string case_text() const;     // resolved case (TOML)
+  // Returns the end of the run, or nothing if the run is going on or was killed. Files of earlier
+  // versions have no end either.
   std::optional<RunEnd> end() const;
-  // True if the file's version records the ends of runs.
+  // True if the version of Weft that wrote the file records the ends of runs.
   bool says_its_end() const;
   const std::vector<TrajectoryBody>& bodies() const;
-  // Returns the positions by particle (m).
+  // Returns the positions (m) by particle.
   std::vector<Vec3> positions(int body, int frame) const;
-  // Returns the velocities by particle (m/s); empty if they were not recorded.
+  // Returns the velocities (m/s) by particle; empty if they were not recorded.
   std::vector<Vec3> velocities(int body, int frame) const;
-  // Values of a field of the body by particle, `components` numbers each. Throws FileError if the
-  // body does not have the field.
+  // Returns the values of a field of the body, TrajectoryField::components numbers per particle.
+  // Throws FileError if the body does not have the field.
   std::vector<double> field_values(int body, const std::string& field, int frame) const;
   // Returns the particles that seams hold together. Triangles touch there.
   const std::vector<SewnParticles>& sewn() const;
-  // Records, ordered by channel and then as in the file.
+  // Returns the records, ordered by channel and then as in the file.
   const std::vector<TrajectoryRecord>& records() const;
-  // Values of a record, `components` numbers per frame. Throws FileError for an unknown path.
+  // Returns the values of a record, TrajectoryRecord::components numbers per frame. Throws
+  // FileError for an unknown path.
   std::vector<double> record_values(const std::string& path) const;
   std::vector<TrajectoryWriter::Series> series() const;
-  // Returns one value per frame. Throws FileError for an unknown name.
+  // Returns the values of a series, one per frame. Throws FileError for an unknown name.
   std::vector<double> series_values(const std::string& name) const;
 
  private:

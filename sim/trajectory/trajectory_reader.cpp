@@ -18,13 +18,13 @@ using hdf5::Access;
 using hdf5::Handle;
 using hdf5::make_space;
 
-// Time during which a failed read is repeated, and the first pause. A piece of metadata that a
-// running writer replaces during the read has a wrong checksum, but is whole a moment later. A
-// piece that stays wrong is damaged. Pauses double because HDF5 1.10 leaks a kilobyte of memory
-// with every failed read.
+// Time during which a failed read is repeated, and the first pause between two attempts. A piece of
+// metadata that a running writer replaces during the read has a wrong checksum, but a later read
+// succeeds. If the checksum stays wrong, the file is damaged. Pauses double to limit the number of
+// attempts, because HDF5 1.10 leaks a kilobyte of memory with every failed read.
 constexpr std::chrono::milliseconds patience(250), first_pause(1);
 
-// True if the file has changed within the last ten seconds: a run may be writing it.
+// True if the file has changed within the last ten seconds, so that a run may be writing it.
 bool has_changed_lately(const std::string& path) {
   std::error_code error;
   const auto changed = std::filesystem::last_write_time(path, error);
@@ -47,9 +47,9 @@ auto read_whole(const std::string& path, const Read& read) {
   }
 }
 
-// Counts the complete frames. HDF5 refuses addresses beyond the end that a file had when it was
-// opened. A running run adds frames, so they are counted here and read after the file is opened
-// again.
+// Opens the file, returns its number of complete frames and closes it again. HDF5 refuses addresses
+// beyond the end that the file had when it was opened. If a run is adding frames, the counted ones
+// are therefore readable only after the file is opened anew.
 hsize_t count_frames(const Access& access) {
   const Handle file = access.open_for_reading();
   if (H5Lexists(file.get(), "time", H5P_DEFAULT) <= 0) return 0;
@@ -166,8 +166,8 @@ void TrajectoryReader::Implementation::read_sewn() {
   }
 }
 
-// Lists the records of a channel in `group` and its subgroups, at most two levels below the
-// channel's group.
+// Adds the records of a channel in `group` and its subgroups to `records`. Rejects subgroups more
+// than two levels below the channel's group.
 void TrajectoryReader::Implementation::find_records(const std::string& group,
                                                     const std::string& channel) {
   const Handle parent = access.open_group(file.get(), group);
@@ -187,7 +187,8 @@ void TrajectoryReader::Implementation::find_records(const std::string& group,
   }
 }
 
-// Returns the fields among the datasets of a body. Datasets of vectors have `axes` axes.
+// Returns the fields among the datasets of a body. Datasets of vectors have `axes` axes, and those
+// of numbers have one axis less.
 std::vector<TrajectoryField> TrajectoryReader::Implementation::read_fields(hid_t group,
                                                                            std::size_t axes) const {
   std::vector<TrajectoryField> fields;
@@ -289,7 +290,8 @@ TrajectoryBody TrajectoryReader::Implementation::read_body(const std::string& na
   return body;
 }
 
-// Reads the spline degree of a shell. Rejects a whole image that has too few control points for it.
+// Reads the spline degree of a shell. Rejects a shell, unless recorded in part, whose image has too
+// few rows or columns for a spline.
 void TrajectoryReader::Implementation::read_spline(hid_t group, TrajectoryBody& body) const {
   if (H5Aexists(group, "spline_degree") <= 0) return;
   const std::vector<int> degree = access.read_integers(group, "spline_degree");
@@ -302,8 +304,8 @@ void TrajectoryReader::Implementation::read_spline(hid_t group, TrajectoryBody& 
   body.spline_degree = degree[0];
 }
 
-// Reads the first `count` entries of a list. The list may have grown longer since frames were
-// counted.
+// Reads the first `count` entries of a list. The list may be longer, because a run adds entries
+// after the frames were counted.
 std::vector<double> TrajectoryReader::Implementation::read_list(const std::string& name,
                                                                 hsize_t count,
                                                                 int components) const {
@@ -331,8 +333,8 @@ std::vector<double> TrajectoryReader::Implementation::read_list(const std::strin
   return values;
 }
 
-// Reads the values of one frame by particle. A particle that several texels share gets the value of
-// the last one.
+// Reads one frame of a dataset of a body, and returns its values by particle. If several texels
+// share a particle, the last one gives its value.
 std::vector<double> TrajectoryReader::Implementation::read_image(int body_index, int frame,
                                                                  const std::string& name,
                                                                  int components) const {

@@ -29,7 +29,8 @@ std::string sidecar_of(const std::string& path) {
 using hdf5::Handle;
 using hdf5::make_space;
 
-constexpr std::size_t largest_batch = std::size_t{64} << 20;  // bytes
+// A commit is due if the waiting frames occupy at least this memory (bytes).
+constexpr std::size_t largest_batch = std::size_t{64} << 20;
 
 std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
   std::vector<int> result;
@@ -51,9 +52,9 @@ std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
   return result;
 }
 
-// Keeps time stamps out of groups that HDF5 makes with its default properties, while this object
-// lives. HDF5 makes the root group in this way, whatever the caller asks for. Without time stamps,
-// equal runs write equal bytes.
+// While an object of this class lives, HDF5's default properties of groups have no time stamps.
+// HDF5 creates the root group with the default properties, whatever the caller asks for. Without
+// time stamps, equal runs write equal bytes.
 class DefaultGroupsWithoutTimes {
  public:
   DefaultGroupsWithoutTimes() {
@@ -70,15 +71,16 @@ class DefaultGroupsWithoutTimes {
   hbool_t tracked_before_ = true;
 };
 
-// Returns properties of datasets without time stamps, so that equal runs write equal bytes.
+// Returns creation properties of datasets without time stamps, so that equal runs write equal
+// bytes.
 Handle dataset_properties() {
   Handle properties(H5Pcreate(H5P_DATASET_CREATE));
   H5Pset_obj_track_times(properties.get(), false);
   return properties;
 }
 
-// Returns properties of the group /run. Its header has room for the attributes that are written at
-// the end.
+// Returns creation properties of the group /run. They reserve room in its header for the attributes
+// that are written when the run ends.
 Handle end_properties() {
   Handle properties(H5Pcreate(H5P_GROUP_CREATE));
   H5Pset_obj_track_times(properties.get(), false);
@@ -162,7 +164,7 @@ struct TrajectoryWriter::Implementation {
   std::vector<TrajectoryBody> bodies;
   std::vector<Series> series;
   Options options;
-  std::string temporary;  // empty once renamed
+  std::string temporary;  // temporary path of the file; empty once the file has its final name
   Handle file, run_group, body_group, series_group, step_group, time;
   std::vector<BodyDatasets> body_datasets;
   std::vector<Handle> series_datasets, step_datasets, record_datasets;
@@ -261,8 +263,8 @@ void TrajectoryWriter::Implementation::write_whole(hid_t group, const std::strin
   if (!units.empty()) access.write_attribute(dataset.get(), "units", units);
 }
 
-// Creates a dataset with one chunk per frame. Frames are written directly from the batch, without
-// HDF5's chunk cache.
+// Creates an empty dataset with one chunk per frame. HDF5's chunk cache is off, because the batch
+// already collects frames.
 Handle TrajectoryWriter::Implementation::create_frames(hid_t group, const std::string& name,
                                                        hid_t type,
                                                        const std::vector<hsize_t>& frame,
@@ -292,7 +294,7 @@ void TrajectoryWriter::Implementation::create_record(const TrajectoryRecord& rec
   access.write_attribute(record_datasets.back().get(), "channel", record.channel);
 }
 
-// Writes the positions of a body at rest, rounded like those of moving bodies.
+// Writes the positions of a body that does not move, rounded like those of bodies that move.
 void TrajectoryWriter::Implementation::write_positions(hid_t group, const bsi::Atlas& atlas,
                                                        std::span<const Vec3> positions) {
   const auto write = [&](auto texels, hid_t memory_type) {
@@ -366,9 +368,9 @@ void TrajectoryWriter::Implementation::publish() {
                  views->surfaces_at_rest());
 }
 
-// Renames the new file, which is locked, to its final name. To replace an old file, it first takes
-// the old file's lock. Hence of two runs with `force` the second sees the first. Returns false if
-// another file has taken the old file's place meanwhile.
+// Renames the new file, which is locked, to its final name. Before it replaces an old file, it
+// takes that file's lock and fails if another writer holds it. If two runs use `force`, the second
+// one therefore fails. Returns false if yet another file has taken the old file's name meanwhile.
 bool TrajectoryWriter::Implementation::replace_old_file() {
   const std::string& path = access.path();
   const auto fail = [&](int error) {
@@ -377,7 +379,7 @@ bool TrajectoryWriter::Implementation::replace_old_file() {
   if (renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, path.c_str(), RENAME_NOREPLACE) == 0) {
     return true;
   }
-  // EINVAL and ENOSYS come from file systems without RENAME_NOREPLACE.
+  // File systems without RENAME_NOREPLACE report EINVAL or ENOSYS.
   if (errno != EEXIST && errno != EINVAL && errno != ENOSYS) fail(errno);
   refuse_existing(path, options.force);
   const LockedFile old(path);
@@ -396,8 +398,8 @@ void TrajectoryWriter::Implementation::flush(const std::string& action) const {
   if (!failure.empty()) access.reject("cannot " + action + ": " + failure);
 }
 
-// Closes every object in the file. Closing the file first would close the objects too, but leave
-// their handles invalid.
+// Closes every object in the file. If the file were closed first, the handles of its objects would
+// become invalid.
 void TrajectoryWriter::Implementation::close_objects() {
   body_datasets.clear();
   series_datasets.clear();
@@ -409,7 +411,7 @@ void TrajectoryWriter::Implementation::close_objects() {
   }
 }
 
-// Returns a description of the write for error messages, with the numbers of the batch's frames.
+// Returns a description of writing the batch for error messages, such as "write frames 3 to 7".
 std::string TrajectoryWriter::Implementation::action() const {
   const std::string first = std::to_string(committed_frames);
   if (batch.frames() == 1) return "write frame " + first;
@@ -503,7 +505,7 @@ void TrajectoryWriter::Implementation::commit() {
   if (failed) access.reject("no frame can follow one that could not be written");
   if (batch.frames() == 0) return;
   const hdf5::QuietErrors quiet;
-  failed = true;  // until all is written
+  failed = true;  // stays true if a write throws
   write_batch();
   committed_frames += batch.frames();
   batch.clear();
@@ -511,8 +513,9 @@ void TrajectoryWriter::Implementation::commit() {
   failed = false;
 }
 
-// Writes status and bill, and then the attribute `complete` by a second commit. HDF5 stores a
-// string apart from its attribute. Readers must not see one without the other.
+// Writes status, reason and bill, and then, by a second flush, the attribute `complete`, without
+// which readers ignore the others. Two flushes are needed because HDF5 stores the text of a string
+// attribute apart from the attribute.
 void TrajectoryWriter::Implementation::write_end(const RunEnd& end) {
   access.write_attribute(run_group.get(), "status", end.status);
   access.write_attribute(run_group.get(), "reason", end.reason);
@@ -526,7 +529,6 @@ void TrajectoryWriter::Implementation::write_end(const RunEnd& end) {
   flush("write the end");
 }
 
-// True if the waiting frames must be committed before a pause of `pause` seconds.
 bool TrajectoryWriter::Implementation::is_due(double pause) const {
   if (batch.frames() == 0) return false;
   if (batch.bytes() >= largest_batch) return true;
@@ -558,8 +560,8 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<Trajecto
   create_lists(self.series_group, self.series, self.series_datasets);
   create_lists(self.step_group, self.options.step_series, self.step_datasets);
   for (const TrajectoryRecord& record : self.options.records) self.create_record(record);
-  // /time is created last. It has no attributes, so its header is one piece and can be the commit
-  // mark.
+  // The dataset /time is created last. It has no attributes, so its header is a single piece and
+  // can be the commit mark.
   self.time = create_list(self.access, self.file.get(), "time");
   self.access.write_attribute(self.file.get(), "time_units", std::string("s"));
   self.access.check(set_commit_mark(self.file.get(), self.time.get()), "set up HDF5");
@@ -571,7 +573,7 @@ TrajectoryWriter::~TrajectoryWriter() {
   try {
     implementation_->commit();
   } catch (const std::exception&) {
-    // Committed frames remain. A caller that must know calls commit() itself.
+    // Committed frames remain. A caller that needs to know of errors calls commit() itself.
   }
 }
 
@@ -592,7 +594,7 @@ void TrajectoryWriter::write_frame(double time, const std::vector<std::span<cons
   assert(series.size() == self.series.size());
   assert(step_rows.empty() || !self.step_datasets.empty());
   if (self.failed) self.commit();  // throws
-  self.failed = true;              // until the frame is whole
+  self.failed = true;              // stays true if add() throws
   self.batch.add(time, positions, channels, series, step_rows);
   self.failed = false;
   if (is_due(0)) commit();
@@ -605,7 +607,7 @@ void TrajectoryWriter::commit() { implementation_->commit(); }
 void TrajectoryWriter::finish(const RunEnd& end) {
   commit();
   const hdf5::QuietErrors quiet;
-  implementation_->failed = true;  // no frame follows
+  implementation_->failed = true;  // refuses further frames
   implementation_->write_end(end);
 }
 

@@ -7,28 +7,28 @@
 
 namespace weft::sim {
 
-// Numbers or vectors at the points of a surface.
+// An attribute of a surface: numbers or vectors at its points.
 struct XdmfAttribute {
   std::string name;
-  int components = 1;   // 3: vectors
-  std::string dataset;  // [points] or [points, 3] float32
+  int components = 1;   // 1: numbers, 3: vectors
+  std::string dataset;  // path of a float32 dataset [points] or [points, 3]
 };
 
-// A surface of one frame, as datasets of the HDF5 file.
+// A surface in one frame, described by datasets of the HDF5 file.
 struct XdmfSurface {
   std::string name;
   int points = 0;
   int triangles = 0;
-  std::string triangle_dataset;  // [triangles, 3] int32
-  std::string position_dataset;  // [points, 3]
-  int position_bytes = 4;        // bytes per number; 8 for float64
+  std::string triangle_dataset;  // path of an int32 dataset [triangles, 3]
+  std::string position_dataset;  // path of a dataset [points, 3]
+  int position_bytes = 4;        // bytes per number of the positions: 4 or 8
   std::vector<XdmfAttribute> attributes;
 };
 
 // The sidecar, which is valid XML at any time. It is created under a temporary name and then
-// renamed. An append replaces the closing tags by frames and new closing tags, in one write. The
-// first frame lists the surfaces at rest, and later frames include these by XInclude. Cost per
-// frame: O(surfaces that move).
+// renamed. append() overwrites the closing tags with frames and new closing tags, in one write. The
+// first frame lists the surfaces that do not move, and later frames include them by XInclude. Cost
+// per frame: O(surfaces that move).
 class XdmfFile {
  public:
   XdmfFile() = default;
@@ -36,12 +36,13 @@ class XdmfFile {
   XdmfFile& operator=(const XdmfFile&) = delete;
   ~XdmfFile();
 
-  // Creates the sidecar and replaces any file at `path`. `trajectory` is the name of the HDF5 file
-  // in the same folder. Throws FileError.
+  // Creates the sidecar without frames, and replaces any file at `path`. `trajectory` is the name
+  // of the HDF5 file in the same folder. `at_rest` lists the surfaces that do not move. Throws
+  // FileError.
   void create(const std::string& path, const std::string& trajectory,
               const std::vector<XdmfSurface>& at_rest);
-  // Returns the text of the next frame, at `time` (s), for append(). Every frame must have the same
-  // number of surfaces that move.
+  // Returns the text of the next frame, at `time` (s), for append(). `moving` lists the surfaces
+  // that move; their number must be the same for every frame.
   std::string describe(double time, const std::vector<XdmfSurface>& moving);
   // Writes the texts of one or more frames. Throws FileError.
   void append(const std::string& frames);
@@ -53,9 +54,9 @@ class XdmfFile {
   std::string path_;
   std::string trajectory_;
   int descriptor_ = -1;
-  std::string at_rest_;    // text for the surfaces at rest in the next frame; empty: none
-  bool includes_ = false;  // at_rest_ is an include of the first frame's surfaces
-  long end_ = 0;           // offset at which the closing tags start
+  std::string at_rest_;    // text of the next frame about surfaces that do not move
+  bool includes_ = false;  // true if at_rest_ includes the first frame's surfaces by XInclude
+  long end_ = 0;           // offset (bytes) at which the closing tags start
 };
 
 }  // namespace weft::sim

@@ -13,13 +13,13 @@
 namespace weft::sim {
 namespace {
 
-// Both signs count if the largest magnitude of the weaker one is at least this share of the
-// stronger one's.
+// Least ratio of the smaller to the larger magnitude of the ends of a diverging scale.
 constexpr double share_of_sign = 0.01;
 
-// Sizes at scale 1 (pixels).
+// Longest line of text in characters, and sizes in pixels at text scale 1.
 constexpr int characters_per_line = 16, margin = 10, line_height = gpu::character_height + 2;
-// mark_gap keeps a mark apart from a minus sign.
+// Sizes at text scale 1 (pixels). mark_gap separates a mark from its number, which may begin with a
+// minus sign.
 constexpr int bar_width = 18, mark_length = 3, mark_gap = 6;
 constexpr int pixels_per_mark = 48;
 
@@ -41,7 +41,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-// Returns the number as text, with enough digits to tell it from a number `step` away.
+// Returns the number as text, with enough digits to distinguish it from value + step.
 std::string label_of(double value, double step) {
   const double digits = value == 0 ? 1 : std::ceil(std::log10(std::abs(value) / step)) + 1;
   std::ostringstream text;
@@ -64,7 +64,7 @@ gpu::PixelColour pixel_of(const gpu::Colour& colour) {
   return {srgb.of_linear(colour[0]), srgb.of_linear(colour[1]), srgb.of_linear(colour[2])};
 }
 
-// Draws the bar with its marks and their numbers between the rows `top` and `bottom`.
+// The bar of a legend, with its marks and their numbers, between the pixel rows `top` and `bottom`.
 class Bar {
  public:
   Bar(gpu::Picture& picture, const Legend& legend, int left, int top, int bottom, int scale)

@@ -61,14 +61,14 @@ std::vector<Item> all_items(std::span<const CrossingSurface> surfaces) {
   return items;
 }
 
-// A bounding volume hierarchy of boxes. A node holds the items [first, first + count). Nodes are
-// halved at the median of their longest axis, down to leaf_size items.
+// A hierarchy of bounding boxes. A node holds the items [first, first + count). A node of more than
+// leaf_size items is split at their median along the longest axis of its box.
 class BoxTree {
  public:
   struct Node {
     Box box;
     int first = 0, count = 0;
-    int left = -1, right = -1;  // -1 in a leaf
+    int left = -1, right = -1;  // indices of the child nodes; -1 in a leaf
   };
 
   explicit BoxTree(std::vector<Item> items) : items_(std::move(items)) {
@@ -145,8 +145,8 @@ Triangle3 points_of(const CrossingSurface& surface, const std::array<int, 3>& co
           to_point(surface.positions[corners[2]])};
 }
 
-// True if two triangles of one surface cross. Points that they share because they share particles
-// do not count (crossings.h).
+// True if the triangles `a` and `b` of one surface cross, by the rules of crossings.h for triangles
+// that share particles.
 bool cross_within(const CrossingSurface& surface, std::array<int, 3> a, std::array<int, 3> b) {
   int shared = 0, shared_in_a = 0, shared_in_b = 0;
   for (int i = 0; i < 3; ++i) {

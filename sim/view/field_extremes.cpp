@@ -8,8 +8,8 @@
 namespace weft::sim {
 namespace {
 
-// Updates the extremes by a value. `describe` makes the FieldExtreme; it is called only for a new
-// extreme.
+// Updates the extremes of a summary by a value. describe() returns the FieldExtreme of the value.
+// It is called only if the value is a new extreme.
 void add_value(double value, auto& summary, const auto& describe) {
   const bool is_first = !summary.has_extremes;
   if (is_first || value < summary.minimum.value) summary.minimum = describe();
@@ -17,7 +17,8 @@ void add_value(double value, auto& summary, const auto& describe) {
   summary.has_extremes = true;
 }
 
-// Returns the place of a particle in the body's whole image, even if only a part of it is recorded.
+// Returns the texel of a particle in the body's whole image, even if only a part of the image is
+// recorded.
 bsi::TexelAddress place_of(const TrajectoryBody& body, int particle) {
   bsi::TexelAddress place = body.atlas.particle_address(particle);
   if (body.is_part()) {
@@ -27,7 +28,7 @@ bsi::TexelAddress place_of(const TrajectoryBody& body, int particle) {
   return place;
 }
 
-// Updates the summary by the values of a body in a frame.
+// Updates the summary by the values of one body in one frame.
 void add_values(const TrajectoryReader& reader, int body, int frame,
                 const std::vector<double>& values, FieldSummary& summary) {
   const TrajectoryBody& at = reader.bodies()[body];

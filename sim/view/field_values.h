@@ -1,5 +1,4 @@
-// The recorded fields of a trajectory: their names, and the scalars by which scales and extremes
-// measure their values.
+// The names, units and magnitudes of the recorded fields of a trajectory.
 #pragma once
 
 #include <span>
@@ -13,11 +12,12 @@ namespace weft::sim {
 // Returns the names of the fields of all bodies, each name once, in the order of the file.
 std::vector<std::string> field_names(const TrajectoryReader& reader);
 
-// Returns " UNITS", printable, to follow a number. Returns nothing for dimensionless values.
+// Returns the text to print after a number: a space and the units. Returns an empty text for
+// dimensionless values.
 std::string after_number(const std::string& units);
 
-// With 1 component, returns the values themselves. With 3 components, returns the magnitude of each
-// vector.
+// Returns `values` if there is one component. If there are three, `values` holds vectors, and their
+// magnitudes are returned.
 std::vector<double> magnitudes(std::vector<double> values, int components);
 
 }  // namespace weft::sim

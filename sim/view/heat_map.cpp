@@ -10,9 +10,9 @@ namespace weft::sim {
 
 namespace {
 
-// Sizes in pixels.
+// Sizes (pixels).
 constexpr double margin = 24, header = 84, cell_width = 15, cell_height = 15;
-constexpr double character = 5.4;  // width of a character of a label
+constexpr double character = 5.4;  // mean width of a character (pixels)
 constexpr double row_title = 24, panel_title = 16, between = 16;
 
 std::size_t longest(const std::vector<std::string>& labels) {
@@ -27,7 +27,7 @@ double length_of(const std::vector<std::string>& labels) {
 
 std::size_t rows_of(const HeatPanel& panel) { return panel.cells.size() / panel.x_labels.size(); }
 
-// Returns the width of the labels and the title to the left of the cells (pixels).
+// Returns the width (pixels) of the labels and the title at the left of the cells.
 double label_width(const HeatPanel& panel) {
   return panel.y_labels.empty() ? 0
                                 : length_of(panel.y_labels) + 8 + (panel.y_title.empty() ? 0 : 14);
@@ -106,7 +106,7 @@ void draw_header(std::ostream& out, const HeatMap& map) {
 std::string svg_of(const HeatMap& map) {
   std::ostringstream body;
   draw_header(body, map);
-  double y = header, width = 920;  // at least the width of the header
+  double y = header, width = 920;  // 920 pixels have room for the header
   for (const HeatRow& row : map.rows) {
     double x = margin, height = 0;
     draw_text(body, x, y + 14, "font-size=\"13\" font-weight=\"bold\"", row.title);

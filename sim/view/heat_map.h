@@ -1,4 +1,4 @@
-// Tables of coloured cells as SVG files.
+// Heat maps, which are tables of coloured cells, as SVG files.
 #pragma once
 
 #include <filesystem>
@@ -10,13 +10,14 @@ namespace weft::sim {
 struct HeatPanel {
   std::string title;
   std::string x_title, y_title;
-  std::vector<std::string> x_labels, y_labels;  // empty y_labels: none are drawn
-  std::vector<int> cells;  // classes, row by row from the bottom; one per x_label and row
+  // x_labels has one label per column, at least one. y_labels has one per row, or is empty.
+  std::vector<std::string> x_labels, y_labels;
+  std::vector<int> cells;  // indices into HeatMap::classes, row by row from the bottom
 };
 
 struct HeatRow {
   std::string title;
-  std::vector<HeatPanel> panels;  // side by side
+  std::vector<HeatPanel> panels;  // drawn side by side
 };
 
 struct HeatClass {
@@ -29,9 +30,10 @@ struct HeatMap {
   std::vector<HeatRow> rows;
 };
 
+// Returns the map as SVG text.
 std::string svg_of(const HeatMap& map);
 
-// Writes the map as an SVG file. Throws FileError that names the path.
+// Writes the map to an SVG file. Throws FileError if the file cannot be written.
 void write_svg(const HeatMap& map, const std::filesystem::path& path);
 
 }  // namespace weft::sim

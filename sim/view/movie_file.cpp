@@ -20,13 +20,14 @@ namespace {
 
 constexpr const char* signature = "made by weft render";
 
-// A folder with links to the pictures. The links are numbered without gaps, as ffmpeg requires. The
-// destructor removes them. Only links are ever removed from the folder, so files of the user stay.
+// A folder with symbolic links to the pictures. The links are numbered without gaps, as ffmpeg
+// requires. The destructor removes the links, and the folder if it is then empty. Files of the user
+// in this folder are never removed.
 class NumberedLinks {
  public:
   NumberedLinks(const std::string& directory, const std::vector<std::string>& pictures)
       : folder_(std::filesystem::path(directory) / name) {
-    remove_links();  // left by a killed rendering
+    remove_links();  // a killed rendering may have left links
     std::filesystem::create_directory(folder_);
     for (std::size_t i = 0; i < pictures.size(); ++i) {
       std::filesystem::create_symlink(std::filesystem::path("..") / pictures[i],
@@ -82,8 +83,8 @@ std::vector<std::string> ffmpeg_arguments(double frames_per_second) {
           "movie.mp4"};
 }
 
-// Starts ffmpeg in `directory`, so the names of its files need no quoting. Its messages go to
-// `message_pipe`. Returns 0 or an error of posix_spawnp().
+// Starts ffmpeg in `directory` and sets `process` to its id. Its messages go to `message_pipe`.
+// Returns 0 or the error number of posix_spawnp().
 int start_ffmpeg(const std::string& directory, const std::vector<std::string>& arguments,
                  int message_pipe, pid_t& process) {
   std::vector<char*> pointers;
@@ -104,7 +105,7 @@ int start_ffmpeg(const std::string& directory, const std::vector<std::string>& a
   return error;
 }
 
-// Reads until the other end of the pipe closes. Returns the text without trailing line ends.
+// Reads from a pipe until its other end is closed. Returns the text without line ends at its end.
 std::string read_all(int file) {
   std::string text;
   std::array<char, 4096> part{};

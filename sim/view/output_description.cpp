@@ -13,15 +13,15 @@ namespace weft::sim {
 
 namespace {
 
-// Page size of a trajectory file, and size of a frame's view (bytes). Images of a page or more
-// start on a page of their own.
+// Page size of a trajectory file, and size of the view of one image (bytes). An image of at least a
+// page starts on a new page.
 constexpr double page = 4096, view_bytes = 1024;
 
 double on_disk(double image) {
   return (image < page ? image : std::ceil(image / page) * page) + view_bytes;
 }
 
-// Returns the size on disk of a body's images in one frame (bytes).
+// Returns the size on disk (bytes) of a body's images in one frame.
 double bytes_per_frame(const OutputCase& output, const SceneBody& body, int texels) {
   const double number = output.precision == Precision::float64 ? 8 : 4;
   double bytes = on_disk(3 * number * texels);
@@ -34,7 +34,7 @@ int texels_of(const Scene& scene, const RecordedBody& recorded) {
   return (recorded.part ? recorded.part->atlas : scene.bodies[recorded.body].atlas).texel_count();
 }
 
-void describe_bodies(const Scene& scene, std::ostream& out) {
+void describe_recorded_bodies(const Scene& scene, std::ostream& out) {
   const OutputCase& output = scene.source.output;
   if (!output.bodies.empty()) out << ", of " << quoted_list(output.bodies) << " only";
   for (const RecordedBody& recorded : recorded_bodies(scene)) {
@@ -75,7 +75,7 @@ void describe_output(const Scene& scene, std::ostream& out) {
   if (output.compression == Compression::bounded)
     out << " before compression within " << number_text(output.compression_error) << " m";
   out << ": " << rounded_text(frames) << (frames == 1 ? " frame" : " frames");
-  describe_bodies(scene, out);
+  describe_recorded_bodies(scene, out);
   if (output.precision == Precision::float64) out << ", positions in float64";
   out << '\n';
   describe_channels(output, out);

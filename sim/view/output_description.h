@@ -1,4 +1,4 @@
-// The part of the text of `weft check` that is about the trajectory.
+// The part of the output of `weft check` that describes the trajectory.
 #pragma once
 
 #include <iosfwd>
@@ -7,12 +7,12 @@
 
 namespace weft::sim {
 
-// Returns the size on disk of a run's images and their views, before compression (bytes). Series,
-// records and steps take some hundred bytes more per frame and step.
+// Returns the approximate size on disk (bytes) of a run's images and their views, before
+// compression. It leaves out series, records and steps: some hundred bytes per frame and step.
 double image_bytes(const Scene& scene);
 
-// Prints the number of recorded frames, the recorded bodies and fields, the storage and its disk
-// space, and what is skipped.
+// Prints the size of the recorded images, their compression and precision, the number of frames,
+// the recorded bodies and the channels.
 void describe_output(const Scene& scene, std::ostream& out);
 
 }  // namespace weft::sim

@@ -12,7 +12,7 @@
 namespace weft::sim {
 namespace {
 
-// Returns the message that no body has the field. It lists the fields that exist.
+// Returns an error message for a field that no body has. `names` lists the existing fields.
 std::string unknown_field(const std::string& name, const std::vector<std::string>& names) {
   if (names.empty()) {
     return "there is no field " + in_quotes(name) +

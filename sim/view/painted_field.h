@@ -1,4 +1,4 @@
-// A recorded field shown by the colours of bodies in pictures. For render_trajectory.cpp.
+// A recorded field that the colours of bodies show in pictures.
 #pragma once
 
 #include <array>
@@ -12,19 +12,21 @@
 
 namespace weft::sim {
 
-// The field of one name, on all bodies that have it. Vectors count by their magnitude.
+// A recorded field on all bodies that have it. Vectors count by their magnitude.
 class PaintedField {
  public:
-  // Reads the field in all `frames` to find its extremes. `range` gives the ends of the colours;
-  // without it they are the extremes. Throws RenderUsageError if no body has a field of this name.
-  // Throws std::runtime_error if no value in these frames is finite. O(values in these frames).
+  // Reads the field `name` in all `frames` to find its extremes. `range` has the values at the ends
+  // of the colour scale; without it the extremes are the ends. Throws RenderUsageError if no body
+  // has the field, and std::runtime_error if no value in these frames is finite. O(values in these
+  // frames).
   PaintedField(const TrajectoryReader& reader, const std::string& name,
                const std::vector<int>& frames, std::optional<std::array<double, 2>> range);
 
-  // Sets the body's places in the colour map for a frame. A body without the field gets none.
+  // Sets the positions of the body's values in the colour map for a frame (RenderedBody::places). A
+  // body without the field gets no positions.
   void paint(int frame, RenderedBody& body) const;
   const Legend& legend() const { return legend_; }
-  // Names of the bodies that lack the field.
+  // Returns the names of the bodies that lack the field.
   const std::vector<std::string>& plain_bodies() const { return plain_bodies_; }
 
  private:
@@ -32,7 +34,7 @@ class PaintedField {
   void find_extremes(const std::vector<int>& frames);
 
   const TrajectoryReader& reader_;
-  std::vector<std::optional<TrajectoryField>> fields_;  // by body
+  std::vector<std::optional<TrajectoryField>> fields_;  // by body; empty if it lacks the field
   std::vector<std::string> plain_bodies_;
   Legend legend_;
 };

@@ -14,11 +14,11 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double width = 820, height = 520;  // of the picture, pixels
-constexpr double left = 78, right = 190, top = 66, bottom = 58;
+constexpr double width = 820, height = 520;                      // size of the picture (pixels)
+constexpr double left = 78, right = 190, top = 66, bottom = 58;  // margins (pixels)
 constexpr double legend_x = width - right + 22;
 
-// Colours that readers with any colour vision can tell apart (after Okabe and Ito).
+// Colours of series, which readers with any colour vision can distinguish (after Okabe and Ito).
 constexpr std::array<const char*, 7> colours{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                              "#e69f00", "#56b4e9", "#444444"};
 
@@ -28,7 +28,7 @@ std::string text_of(double value) {
   return text.data();
 }
 
-// Maps values to pixels between `begin` and `end`. The ticks are round numbers.
+// An axis: maps values to pixels from `begin` to `end`, and has ticks at round numbers.
 class Scale {
  public:
   Scale(bool logarithmic, double low, double high, double begin, double end)
@@ -56,8 +56,8 @@ class Scale {
     return begin_ + t * (end_ - begin_);
   }
   const std::vector<double>& ticks() const { return ticks_; }
-  // Returns the ticks between the decades of a logarithmic axis of at most six decades. Returns
-  // none for other axes.
+  // Returns the minor ticks, at 2 to 9 times each power of ten. Only a logarithmic axis of at most
+  // six decades has minor ticks.
   std::vector<double> minor_ticks() const {
     std::vector<double> minor;
     if (!logarithmic_ || high_ - low_ > 6) return minor;

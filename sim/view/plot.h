@@ -9,19 +9,19 @@ namespace weft::sim {
 
 struct PlotSeries {
   std::string name;
-  std::vector<double> x, y;  // of equal length; positive on logarithmic axes
-  bool line = true;          // false: marks alone
+  std::vector<double> x, y;  // coordinates of the points; positive on logarithmic axes
+  bool line = true;          // if true, a line joins the points
   bool dashed = false;
 };
 
 struct PlotAxis {
-  std::string title;  // with its unit
+  std::string title;  // name and unit of the quantity
   bool logarithmic = true;
 };
 
 struct Plot {
   std::string title;
-  std::string note;  // one line below the title
+  std::string note;  // line of text below the title
   PlotAxis x, y;
   std::vector<PlotSeries> series;
 };
@@ -29,13 +29,14 @@ struct Plot {
 // Returns the chart as SVG text. At least one series must have a point.
 std::string svg_of(const Plot& plot);
 
-// Writes the chart as an SVG file. Throws FileError that names the path.
+// Writes the chart to an SVG file. Throws FileError if the file cannot be written.
 void write_svg(const Plot& plot, const std::filesystem::path& path);
 
-// Returns the text escaped for SVG.
+// Returns the text with '&' and '<' escaped for SVG.
 std::string escaped(const std::string& text);
 
-// Writes text to a file, after creating its folder if needed. Throws FileError that names the path.
+// Writes text to a file, and creates its folder if that is missing. Throws FileError if the file
+// cannot be written.
 void write_text(const std::string& text, const std::filesystem::path& path);
 
 }  // namespace weft::sim

@@ -1,4 +1,4 @@
-// The surface of a recorded body as triangles.
+// The triangulated surface of a recorded body.
 #pragma once
 
 #include <optional>
@@ -9,24 +9,28 @@
 
 namespace weft::sim {
 
-// The triangles of a recorded body. A shell has the triangles on which contact acts: those between
-// samples of the spline through the points of its image. Any other body, and a shell of which only
-// a part is recorded, has the triangles of its image.
+// The triangulated surface of a recorded body. For a shell it has the triangles on which contact
+// acts: their corners are samples of the spline surface through the points of the recorded image.
+// For any other body, and for a shell recorded in part, it has the triangles of the recorded image.
 class RecordedSurface {
  public:
   explicit RecordedSurface(const TrajectoryBody& body);
 
-  // Returns the triangles of atlas(). Throws std::invalid_argument as bsi::build_mesh().
+  // Returns the triangles. Their corners are particles of atlas(). Throws std::invalid_argument if
+  // bsi::build_mesh() does.
   bsi::Mesh mesh() const { return bsi::build_mesh(atlas()); }
+  // Returns the atlas of the samples of a curved surface, or else that of the recorded image.
   const bsi::Atlas& atlas() const { return sampled_ ? sampled_->sampling.atlas : image_; }
-  // Returns the points (m) of atlas() by particle, from the points of the recorded image by
-  // particle.
+  // Returns the points (m) of the surface, by particle of atlas(). `image` has the points of the
+  // recorded image, by particle of that image.
   std::vector<Vec3> points(std::vector<Vec3> image) const;
-  // Returns the values at the points of atlas(), from one value per particle of the recorded image.
+  // Returns the values at the points of the surface, by particle of atlas(). `image` has one value
+  // per particle of the recorded image.
   std::vector<double> values(std::vector<double> image) const;
-  // Returns an upper bound (m) of the distance of the curved surface from the triangles; 0 if the
-  // surface is not curved.
+  // Returns an upper bound (m) of the distance between the curved surface and its triangles.
+  // Returns 0 if the surface is not curved.
   double deviation(std::span<const Vec3> image) const;
+  // True if the triangles approximate a curved surface: that of a shell recorded as a whole.
   bool is_curved() const { return sampled_.has_value(); }
 
  private:

@@ -20,9 +20,9 @@
 namespace weft::sim {
 namespace {
 
-// The farthest points in 128 directions. They suffice to place a camera, and their number does not
-// grow with the number of frames. Other points stick out by at most 2 % of the size, less than the
-// camera's margin.
+// The extent of a set of balls and points: its bounding box, and its farthest point in each of 128
+// directions. A camera that shows these 128 points shows the whole set: other points lie beyond
+// them by at most 2 % of the set's size, which is less than the camera's margin.
 class Extent {
  public:
   Extent() : directions_(count, 3), points_(count, Vec3::Zero()) {
@@ -35,7 +35,7 @@ class Extent {
     }
   }
 
-  // Adds a ball, or a point if the radius is 0 (m).
+  // Adds a ball (m), or a point if the radius is 0.
   void add(const Vec3& centre, double radius = 0) {
     const Eigen::Matrix<double, count, 1> distances = directions_ * centre;
     for (int i = 0; i < count; ++i) {
@@ -63,9 +63,9 @@ class Extent {
   Vec3 highest_ = Vec3::Constant(-infinity);
 };
 
-// The camera shows all of an obstacle that is at most `whole_obstacle` times as large as the
-// simulated bodies. Of a larger obstacle it shows the part within `seen_beyond` of their size
-// around them.
+// The camera shows a whole obstacle if it is at most `whole_obstacle` times as large as the
+// simulated bodies. Otherwise it shows the part of the obstacle inside the bounding box of these
+// bodies, enlarged on each side by `seen_beyond` of their size.
 constexpr double whole_obstacle = 2, seen_beyond = 1.0 / 6;
 
 double size_of(const std::vector<Vec3>& points) {
@@ -77,8 +77,8 @@ double size_of(const std::vector<Vec3>& points) {
   return (highest - lowest).norm();
 }
 
-// Adds the body as drawn in the frame whose positions were read last: its surface or, if a level is
-// given, the spheres of that level.
+// Adds the body to the extent, as it is drawn in the frame: its surface or, if a level is given,
+// the spheres of that level. Precondition: the frame's positions were read last.
 void add_drawn(const TrajectoryReader& reader, int frame, std::optional<int> spheres_of_level,
                RenderedBody& body, Extent& extent) {
   if (!spheres_of_level) {
@@ -89,9 +89,9 @@ void add_drawn(const TrajectoryReader& reader, int frame, std::optional<int> sph
     extent.add(Vec3(sphere.x, sphere.y, sphere.z), sphere.radius);
 }
 
-// Returns the extent that the camera must show over all frames. It contains the simulated bodies as
-// drawn, and the obstacles. Of an obstacle that is too large it contains the part near the bodies.
-// Without simulated bodies it contains every obstacle whole.
+// Returns the extent that the camera must show: all simulated bodies in all frames, and obstacles.
+// If an obstacle is too large (see whole_obstacle), only its part near the simulated bodies is
+// included. Without simulated bodies, every obstacle is included as a whole.
 Extent extent_to_see(const TrajectoryReader& reader, const std::vector<int>& frames,
                      std::optional<int> spheres_of_level, std::vector<RenderedBody>& bodies) {
   Extent simulated;
@@ -140,7 +140,7 @@ std::vector<int> frames_to_draw(int count, int every) {
   return frames;
 }
 
-// Returns the number in "frame_00012.png", or nothing for other names.
+// Returns the number of the frame in a name like "frame_00012.png", or nothing for other names.
 std::optional<int> frame_of_name(const std::string& name) {
   int frame = 0, length = 0;
   if (std::sscanf(name.c_str(), "frame_%9d.png%n", &frame, &length) != 1) return {};
@@ -148,7 +148,8 @@ std::optional<int> frame_of_name(const std::string& name) {
   return frame;
 }
 
-// Removes pictures of earlier renderings that this one has not replaced. Other pictures stay.
+// Removes the pictures of earlier renderings except those of `frames`. Pictures that no rendering
+// made stay.
 void remove_older_pictures(const std::string& directory, const std::vector<int>& frames) {
   std::vector<std::filesystem::path> older;
   for (const auto& entry : std::filesystem::directory_iterator(directory)) {
@@ -164,8 +165,8 @@ bool is_in_the_way(const std::string& path, bool is_own) {
   return !is_own && std::filesystem::exists(std::filesystem::symlink_status(path));
 }
 
-// Throws std::runtime_error if a file that no rendering made would be overwritten. Called before
-// anything is drawn.
+// Throws std::runtime_error if a picture of `frames` or the movie would overwrite a file that no
+// rendering made.
 void refuse_foreign_files(const std::string& directory, const std::string& movie,
                           const std::vector<int>& frames) {
   const auto refuse = [](const std::string& path) {
@@ -188,7 +189,7 @@ double movie_rate(const TrajectoryReader& reader, const std::vector<int>& frames
   return std::clamp(static_cast<double>(frames.size() - 1) / duration, 1.0, 120.0);
 }
 
-// Returns the field that colours the bodies, if the options name one.
+// Returns the field that colours the bodies, or nothing if the options name none.
 std::optional<PaintedField> painted_field(const TrajectoryReader& reader,
                                           const std::vector<int>& frames,
                                           const RenderOptions& options) {
@@ -222,8 +223,8 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
   const int scene_width = options.width - (field ? legend_width(options.height) : 0);
   if (options.progress) options.progress(0, static_cast<int>(frames.size()));
   std::vector<RenderedBody> bodies = rendered_bodies(trajectory, reader);
-  // The renderer is made before the scan for the camera, so that an impossible request fails at
-  // once.
+  // The renderer is made before the positions of all frames are read for the camera. A renderer
+  // that cannot be made is thus reported at once.
   gpu::Renderer renderer(scene_width, options.height);
   std::filesystem::create_directories(directory);
   const Extent extent = extent_to_see(reader, frames, options.spheres_of_level, bodies);
@@ -267,8 +268,8 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
     if (options.progress) options.progress(report.pictures, static_cast<int>(frames.size()));
   }
   remove_older_pictures(directory, frames);
-  // An older movie would not match these pictures. Without a new movie, a movie that no rendering
-  // made may stay.
+  // An older movie would not match these pictures, so it is removed. A movie that no rendering made
+  // is removed only to make room for the new one.
   if (options.movie || is_own_movie(movie_path.string())) std::filesystem::remove(movie_path);
 
   report.frames_per_second = movie_rate(reader, frames, options);

@@ -13,68 +13,68 @@ namespace weft::sim {
 
 struct RenderOptions {
   int width = 960, height = 720;  // pixels, 1..8192
-  int every = 1;                  // draws frames 0, every, 2 every, ... and the last; >= 1
-  // Draws bodies with fewer triangles and without grid lines. Every point stays within this many
-  // pixels of its place. > 0.
+  int every = 1;                  // >= 1; frames 0, every, 2 every, ... and the last are drawn
+  // If set, bodies are drawn with fewer triangles and without grid lines. It is the largest
+  // distance (pixels, > 0) by which a point of the picture may be displaced.
   std::optional<double> detail_pixels;
-  // Draws the surface of this level of each body's pyramid (bsi/level_of_detail.h), or the body
-  // itself beyond the last level. >= 0. At most one of detail_pixels, surface_of_level and
-  // spheres_of_level may be given.
+  // If set, bodies are drawn as the surfaces of this level (>= 0) of their pyramids
+  // (bsi/level_of_detail.h). A patch with fewer levels is drawn as it is. At most one of
+  // detail_pixels, surface_of_level and spheres_of_level may be set.
   std::optional<int> surface_of_level;
-  // Draws the spheres of this level of each body's pyramid, or of its last level if there are
-  // fewer. >= 0. Spheres that touch a sphere of another body are red.
+  // If set, bodies are drawn as the spheres of this level (>= 0) of their pyramids. A patch with
+  // fewer levels shows those of its last level. Spheres that touch a sphere of another body are
+  // red.
   std::optional<int> spheres_of_level;
-  // Colours the bodies by this recorded field instead of their own colours, and adds a legend.
-  // Vectors count by their magnitude. Not allowed with spheres_of_level.
+  // If set, this recorded field colours the bodies, and pictures have a legend. Vectors count by
+  // their magnitude. Not allowed with spheres_of_level.
   std::optional<std::string> colour_field;
-  // Values at the ends of the colours, the smaller one first. By default the extremes of all drawn
-  // frames.
+  // Values at the ends of the colour scale, the smaller one first. Default: the extremes of the
+  // field in all drawn frames.
   std::optional<std::array<double, 2>> colour_range;
-  bool force = false;  // overwrites files that no rendering made
-  bool movie = true;   // also makes directory/movie.mp4, if ffmpeg is installed
-  std::optional<double> frames_per_second;  // of the movie, > 0; default: see render_trajectory()
-  // Called with the number of finished pictures and the number of all, before the first picture and
-  // after each.
+  bool force = false;  // if true, overwrites files that no rendering made
+  bool movie = true;   // if true, also makes directory/movie.mp4, given that ffmpeg is installed
+  // Frames per second of the movie, > 0. Default: real time, but at least 1 and at most 120.
+  std::optional<double> frames_per_second;
+  // Is called with the number of finished pictures and the number of all pictures, before the first
+  // picture and after each one.
   std::function<void(int, int)> progress;
 };
 
-// Thrown for a request that this file cannot meet, such as a field that it lacks.
+// The exception for options that a trajectory does not allow, such as a field that it lacks.
 class RenderUsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
 struct RenderReport {
   int pictures = 0;
-  std::int64_t triangles = 0;      // drawn in all pictures together
-  std::int64_t all_triangles = 0;  // in all pictures together, at full detail
-  double frames_per_second = 0;
-  // With colour_field: the field's extremes in the drawn frames, its unit, and the bodies without
-  // it.
-  double least = 0, most = 0;
-  std::string units;
-  std::vector<std::string> plain_bodies;
-  std::string movie;         // path of the movie; empty without one
-  std::string why_no_movie;  // "ffmpeg not found: no movie", or what ffmpeg said
+  std::int64_t triangles = 0;             // number of drawn triangles, summed over all pictures
+  std::int64_t all_triangles = 0;         // number of triangles at full detail, over all pictures
+  double frames_per_second = 0;           // rate of the movie
+  double least = 0, most = 0;             // extremes of the colour_field in the drawn frames
+  std::string units;                      // unit of the colour_field
+  std::vector<std::string> plain_bodies;  // names of the bodies without the colour_field
+  std::string movie;                      // path of the movie; empty without one
+  std::string why_no_movie;  // reason why no movie was made, such as "ffmpeg not found: no movie"
 };
 
-// Draws the trajectory at `trajectory` into `directory`, which is created if needed. Pictures are
-// frame_00000.png, frame_00010.png, ..., named by their frames. The ffmpeg program makes an MP4
-// (H.264) from them.
+// Draws the frames of the file `trajectory` as pictures in the folder `directory`, which is created
+// if needed. Pictures are named by their frames: frame_00000.png, frame_00010.png, .... The program
+// ffmpeg makes an MP4 movie (H.264) from them.
 //
-// Pictures and a movie of an earlier rendering are removed or replaced. Files that no rendering
-// made stay. Without `force`, such a file in the way is an error before anything is drawn.
+// Pictures and a movie of an earlier rendering are removed or replaced. Other files are never
+// removed. If a picture or the movie would replace such a file, this is an error before anything is
+// drawn, unless `force` is set.
 //
-// One fixed camera shows every body over all drawn frames. Of obstacles more than twice as large as
-// the simulated bodies it shows the part near them. Bodies take the colours of gpu::palette in
-// order; obstacles are grey. With a colour field, one scale holds for all pictures, and the legend
-// takes a strip at their right. By default the movie runs in real time, with 1 to 120 frames per
-// second.
+// One fixed camera shows every body in all drawn frames. If an obstacle is more than twice as large
+// as all simulated bodies together, the camera shows only the part of it near these bodies. Bodies
+// have the colours of gpu::palette, in order; obstacles are grey. With a colour field, all pictures
+// have the same colour scale and a legend in a strip at their right.
 //
 // Throws FileError for an unreadable trajectory. Throws RenderUsageError, before anything is
-// written, if no body has the colour field or the picture is too small for its legend. Throws
+// written, if no body has the colour field or the pictures are too small for a legend. Throws
 // std::runtime_error for a trajectory without frames or with positions that are not finite. Also
-// throws it if a file is in the way or cannot be written, or if Weft was built without gpu/. A
-// missing movie is not an error: the report says why, and the pictures stay. Cost: tens of
+// throws it if a file must not be replaced or cannot be written, or if Weft was built without gpu/.
+// A missing movie is not an error: the report has the reason, and the pictures stay. Cost: tens of
 // milliseconds per picture.
 RenderReport render_trajectory(const std::string& trajectory, const std::string& directory,
                                const RenderOptions& options);

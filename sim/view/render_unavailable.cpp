@@ -1,4 +1,4 @@
-// Replaces render_trajectory.cpp if Weft is built without gpu/.
+// Replacement for render_trajectory.cpp if Weft is built without gpu/.
 #include <stdexcept>
 
 #include "sim/view/render_trajectory.h"

@@ -10,9 +10,9 @@
 namespace weft::sim {
 namespace {
 
-// Returns the largest allowed deviation (m) of each body. It keeps bodies from showing through each
-// other. Contact keeps two bodies apart by at least the mean of their thicknesses. Unless both
-// thicknesses are zero, the deviations of two bodies add up to no more than that mean.
+// Returns RenderedBody::most_deviation (m) of each body. Contact keeps two bodies apart by at least
+// the mean of their thicknesses. The deviations of two bodies add up to no more than that mean,
+// unless both thicknesses are zero. Otherwise bodies could show through each other.
 std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double least = infinity;
@@ -29,8 +29,8 @@ std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
   return most;
 }
 
-// Rebuilds the pyramid from the positions. Returns false if the body has not moved since the last
-// rebuild.
+// Rebuilds the pyramid from the present positions. Does nothing and returns false if the body does
+// not move and its pyramid is already built.
 bool rebuild_pyramid(const TrajectoryReader& reader, int frame, RenderedBody& body) {
   if (!body.moves && body.pyramid) return false;
   const TrajectoryBody& recorded = reader.bodies()[body.index];
@@ -92,7 +92,7 @@ void read_positions(const TrajectoryReader& reader, int frame, RenderedBody& bod
 
 void reduce_detail(const TrajectoryReader& reader, int frame, bsi::DetailTolerance tolerance,
                    RenderedBody& body) {
-  // The camera is fixed, so bodies that do not move are reduced once.
+  // The camera is fixed, so a body that does not move is reduced only once.
   if (!rebuild_pyramid(reader, frame, body)) return;
   tolerance.most = body.most_deviation;
   body.detail = bsi::detail_within(*body.pyramid, body.positions, tolerance);
@@ -147,8 +147,7 @@ void add_surfaces(RenderedBody& body, std::vector<gpu::DrawnSurface>& surfaces) 
     surface.places = body.detail_places;
     return;
   }
-  // Grid lines are placed by the first frame in which the body is drawn: their cells are square
-  // there.
+  // The first drawn frame determines the grid lines, whose cells are square in that frame.
   if (!body.is_obstacle && body.lines.empty()) {
     body.lines = gpu::grid_lines(body.surface.atlas(), body.positions);
   }

@@ -9,13 +9,14 @@
 namespace weft::sim {
 namespace {
 
-using Marks = std::vector<char>;  // by block of the level; patch by patch, row by row
+// A mark for each block of a level, patch by patch and row by row.
+using Marks = std::vector<char>;
 
 int level_of(const bsi::Pyramid& pyramid, int patch, int level) {
   return std::min(level, pyramid.levels(patch) - 1);
 }
 
-// Calls visit(block, number) for all blocks of the level, in the order of Marks.
+// Calls visit(block, number) for every block of the level. The numbers are the indices of Marks.
 template <class Visit>
 void for_each_block(const bsi::Pyramid& pyramid, int level, const Visit& visit) {
   std::size_t number = 0;
@@ -53,15 +54,15 @@ double largest_radius(const bsi::Pyramid& pyramid, int level) {
   return largest;
 }
 
-// Marks the blocks of both pyramids whose spheres touch a sphere of the other one.
+// Marks the blocks of each pyramid whose spheres touch a sphere of the other pyramid.
 void mark_touching(const bsi::Pyramid& a, const bsi::Pyramid& b, int level, Marks& marks_a,
                    Marks& marks_b) {
   const std::vector<std::size_t> first_a = first_numbers(a, level);
   const std::vector<std::size_t> first_b = first_numbers(b, level);
   std::vector<bsi::BlockPair> pairs;
   bsi::TraversalCounters counters;
-  // Centres of spheres lie in the boxes of their blocks. If two spheres meet, these boxes are at
-  // most this far apart.
+  // The centre of a sphere lies in the box of its block. If two spheres meet, the distance between
+  // their boxes is therefore at most this sum of radii.
   const double margin = largest_radius(a, level) + largest_radius(b, level);
   bsi::dual_traversal_of_blocks(a, b, level, {.margin = margin}, pairs, counters);
   for (const bsi::BlockPair& pair : pairs) {
@@ -71,7 +72,7 @@ void mark_touching(const bsi::Pyramid& a, const bsi::Pyramid& b, int level, Mark
   }
 }
 
-// A triangulated unit sphere. It is finer if there are few spheres.
+// A triangulated unit sphere, as a pattern for `count` spheres. It is finer if `count` is small.
 class Ball {
  public:
   explicit Ball(std::size_t count)

@@ -1,4 +1,4 @@
-// Makes surfaces of the spheres of bodies' pyramids. For rendered_body.cpp.
+// Spheres of bodies' pyramids, and surfaces that represent them.
 #pragma once
 
 #include <vector>
@@ -7,12 +7,13 @@
 
 namespace weft::sim {
 
-// Sets RenderedBody::spheres and touching_spheres for one level of the pyramids. A patch with fewer
-// levels uses its last one. A sphere is touching if it meets a sphere of another body.
-// Precondition: the pyramids are built and hold spheres.
+// Sets RenderedBody::spheres and RenderedBody::touching_spheres of all bodies, for one level of
+// their pyramids. A patch with fewer levels uses its last one. Precondition: the pyramids are built
+// and hold spheres.
 void surround_bodies(int level, std::vector<RenderedBody>& bodies);
 
-// Returns the spheres of one level of a body's pyramid, with the same preconditions.
+// Returns the spheres of one level of a body's pyramid. A patch with fewer levels uses its last
+// one. Precondition: the pyramid is built and holds spheres.
 std::vector<bsi::Sphere> spheres_of_level(const bsi::Pyramid& pyramid, int level);
 
 }  // namespace weft::sim

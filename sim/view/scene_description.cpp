@@ -29,12 +29,12 @@ std::string size_of(const bsi::Atlas& atlas) {
   return text;
 }
 
-// Largest number of bodies that have a line each. describe_each() puts more bodies into one line;
-// describe_bodies() sums up the bodies after this number.
+// Largest number of bodies that have a line each. If there are more, describe_each() prints one
+// line for all of them, and describe_bodies() one line for those beyond this number.
 constexpr std::size_t most_lines = 8;
 
-// Prints a line "  BEFORE NAME: ONE" per body or, for many bodies, one line for all of them. `one`
-// is the reason for a single body, `many` the reason for several.
+// Prints a line "  BEFORE NAME: ONE" per body, with the texts `before` and `one`. If there are more
+// than most_lines bodies, prints a single line with the text `many` instead of `one`.
 void describe_each(const std::vector<const SceneBody*>& bodies, const std::string& before,
                    const std::string& one, const std::string& many, std::ostream& out) {
   if (bodies.size() > most_lines) {
@@ -56,8 +56,8 @@ std::vector<const SceneBody*> bodies_that(const Scene& scene, const Condition& c
   return bodies;
 }
 
-// Prints the reason `every` if all dynamic bodies lack `what`. Otherwise prints the bodies that
-// lack it, with the reason `its` for one body or `their` for many.
+// Prints which dynamic bodies lack `what`. lacks(material) tells whether a body does. The printed
+// reason is `every` if all dynamic bodies lack it, else `its` for each body or `their` for many.
 template <class Condition>
 void describe_lack(const Scene& scene, const Condition& lacks, const std::string& what,
                    const std::string& every, const std::string& its, const std::string& their,
@@ -114,7 +114,8 @@ void describe_body(const Scene& scene, const SceneBody& body, std::ostream& out)
   }
 }
 
-// Prints the initial energies of internal forces if a body starts strained.
+// Prints the energies of internal forces in the initial state, if the case gives a body a start
+// shape or a stretch.
 void describe_start(const Scene& scene, std::ostream& out) {
   const bool is_strained = std::ranges::any_of(
       scene.source.body, [](const BodyCase& body) { return body.start || !body.stretch.isOnes(); });
@@ -199,7 +200,7 @@ void describe_forces(const Scene& scene, std::ostream& out) {
       "material damping", "every damping is 0", "its damping is 0", "their damping is 0", out);
 }
 
-// Prints the work of the search at the start: which pyramids are needed, and why others are not.
+// Prints which self-traversals and pyramids the contact search skips at the start, and why.
 void describe_search(const Scene& scene, const std::vector<CandidateList>& neighbours,
                      std::ostream& out) {
   std::vector<char> has_neighbour(scene.bodies.size(), 0);
@@ -248,8 +249,8 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   }
 }
 
-// Returns the times of a curve's corners as text, such as "0, 1.5 and 2 s". If there are many,
-// returns their number, the first and the last.
+// Returns the times of a curve as text, such as "0, 1.5 and 2 s". For more than six times, the text
+// has only their number, the first time and the last.
 std::string times_text(const std::vector<double>& times) {
   constexpr std::size_t most = 6;
   std::string text = number_text(times.front());
@@ -267,7 +268,7 @@ std::string value_text(const Vec3& value) {
          ']';
 }
 
-// Returns a one-line description of a value that varies with time.
+// Returns a one-line description of a curve or a gust.
 template <class Value>
 std::string course_text(const Varying<Value>& source) {
   if (const GustCase* gust = source.gust()) {

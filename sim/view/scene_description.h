@@ -1,4 +1,4 @@
-// The text of `weft check`.
+// The output of `weft check`.
 #pragma once
 
 #include <string>
@@ -7,7 +7,8 @@
 
 namespace weft::sim {
 
-// Returns the text of `weft check`: what the scene needs, which computations it skips, and why.
+// Returns the output of `weft check`: the contents of the scene, the resources that it needs, and
+// the computations that it skips, with reasons.
 std::string describe_scene(const Scene& scene);
 
 }  // namespace weft::sim

@@ -120,7 +120,7 @@ std::string size_of(const BodySummary& body) {
   return text;
 }
 
-// Returns a text such as "3 rows from 2 to 8".
+// Returns a text about recorded rows or columns, such as "3 rows from 2 to 8".
 std::string range_text(const std::vector<int>& indices, const char* axis) {
   return std::to_string(indices.size()) + " " + axis + " from " + std::to_string(indices.front()) +
          " to " + std::to_string(indices.back());
@@ -142,8 +142,8 @@ std::string to_text(const CrossingPlace& place) {
          std::to_string(place.texel.row) + " col " + std::to_string(place.texel.col);
 }
 
-// Returns a value with its unit and time and, for a field, its place: "0.25 m/s at 0.5 s, sheet
-// patch 0 row 1 col 2".
+// Returns an extreme as text: value, unit and time and, for a field, body and texel: "0.25 m/s at
+// 0.5 s, sheet patch 0 row 1 col 2".
 std::string to_text(const FieldExtreme& extreme, const std::string& units) {
   const std::string text = rounded_text(extreme.value) + after_number(units) + " at " +
                            rounded_text(extreme.time) + " s";
@@ -151,7 +151,7 @@ std::string to_text(const FieldExtreme& extreme, const std::string& units) {
   return text + ", " + to_text(CrossingPlace{extreme.body, extreme.texel});
 }
 
-// Returns the lines about the extremes of a field or a record, starting with `heading`.
+// Returns the lines about the extremes of a field or a record. They start with `heading`.
 std::string extremes_text(const std::string& heading, const auto& summary) {
   if (!summary.has_extremes) return heading + "no finite value\n";
   return heading + (summary.magnitude ? "magnitude " : "") +
@@ -217,7 +217,7 @@ nlohmann::ordered_json to_object(const RecordSummary& record) {
   return object;
 }
 
-// True for the series of gaps, in which NaN means that no pair is in reach.
+// True for the series of smallest gaps, in which NaN means that no pair is in reach.
 bool is_gap(const SeriesSummary& series) { return series.name == "smallest_gap"; }
 
 std::string last_of(const SeriesSummary& series) {
@@ -227,7 +227,8 @@ std::string last_of(const SeriesSummary& series) {
   return text.str();
 }
 
-// Throws FileError for positions for which the crossings cannot be decided exactly.
+// Throws FileError if a position does not allow an exact decision about crossings. The message
+// names the frame, the body and the texel.
 void require_judgeable(const std::string& path, const TrajectoryBody& body, int frame,
                        std::span<const Vec3> positions) {
   // The exact determinants are valid for magnitudes in the range of float32.
@@ -251,7 +252,8 @@ void require_judgeable(const std::string& path, const TrajectoryBody& body, int 
 }  // namespace
 
 TrajectorySummary summarise_trajectory(const std::string& path) {
-  // The lock is tested before the file is read, because a run may end in between.
+  // The lock is tested before the file is read. In the opposite order, a run that ended in between
+  // would seem to have been killed.
   const bool is_written = is_locked(path);
   const TrajectoryReader reader(path);
   TrajectorySummary summary;

@@ -1,4 +1,4 @@
-// The summary of a trajectory that `weft info` prints.
+// The facts about a trajectory that `weft info` prints: a summary, or the number of crossings.
 #pragma once
 
 #include <optional>
@@ -11,43 +11,44 @@
 
 namespace weft::sim {
 
-// How far the curved surface of a shell leaves the triangles that contact keeps apart, over all
-// frames: an upper bound (m), and the first time (s) at which it is reached. Curved surfaces keep
-// apart while it is no more than half the thickness of contact.
+// The distance between the curved surface of a shell and the triangles on which contact acts.
+// `largest` is an upper bound over all frames (m), and `time` the first time at which it is reached
+// (s). Curved surfaces stay apart if their bounds do not exceed half their thicknesses.
 struct SurfaceDeviation {
   double largest = 0, time = 0;
 };
 
 struct BodySummary {
   std::string name;
-  int patches = 0, rows = 0, cols = 0;  // rows and columns of each patch
+  int patches = 0, rows = 0, cols = 0;  // number of patches; rows and columns of each
   int particles = 0, triangles = 0;
   bool moves = true;
   bool is_obstacle = false;
   double thickness = 0;  // m
-  // Rows and columns of the body's images that are recorded. Empty: all.
+  // Recorded rows and columns of the body's image. Empty: all.
   std::vector<int> part_rows, part_cols;
-  std::optional<SurfaceDeviation> deviation;  // of shells recorded as a whole
-  // Bounds at the last frame (m). has_bounds is false if a moving body has no frame yet, or if a
-  // position is not finite.
+  std::optional<SurfaceDeviation> deviation;  // set for shells that are recorded as a whole
+  // is_finite: true if all positions in the last frame are finite. has_bounds: true if, in
+  // addition, the body has positions; a body that moves has none before the first frame.
   bool has_bounds = false, is_finite = true;
+  // Corners of the bounding box in the last frame (m), if has_bounds.
   bsi::Vec3 lower = bsi::Vec3::Zero(), upper = bsi::Vec3::Zero();
 };
 
 struct SeriesSummary {
   std::string name, units;
-  // Last value and extremes over all frames. The extremes leave out values that are not finite.
-  // Without finite values, has_extremes is false and both are zero.
+  // Value in the last frame, and extremes of the finite values of all frames.
   double last = 0, minimum = 0, maximum = 0;
-  bool has_extremes = false;
+  bool has_extremes = false;  // false if no value is finite
 };
 
 struct TrajectorySummary {
   std::string path, title, weft_version;
-  // Status of the run: "done", "failed" or "interrupted", with the reason; "running" while a
-  // process writes the file; "killed" if its writer died; "unknown" in files of earlier versions.
+  // Status of the run: "done", or "failed" or "interrupted" with the reason. While a process writes
+  // the file, the status is "running", and if that process died, "killed". It is "unknown" if the
+  // file is of a version that does not record the ends of runs.
   std::string status, reason;
-  Bill bill;  // zero unless the run has ended
+  Bill bill;  // cost of the run; zero unless the run has ended
   int format_version = 1;
   int frames = 0;
   double first_time = 0, last_time = 0;  // s; zero without frames
@@ -58,16 +59,17 @@ struct TrajectorySummary {
   std::vector<SeriesSummary> series;
 };
 
-// Reads everything except the positions before the last frame; of shells it reads them all. Reads
-// one frame of one field at a time. Throws FileError.
+// Returns the summary of the trajectory at `path`. Reads the whole file, except that only shells
+// need positions of other frames than the last. Reads one frame of one field at a time. Throws
+// FileError.
 TrajectorySummary summarise_trajectory(const std::string& path);
 // Returns the summary as text for people.
 std::string to_text(const TrajectorySummary& summary);
-// Returns one JSON object. Its keys are the names above with units: "last_time_s", "thickness_m",
-// ...
+// Returns the summary as one JSON object. Most keys are the names of the members above, extended by
+// units, such as "last_time_s".
 std::string to_json(const TrajectorySummary& summary);
 
-// The place of a triangle.
+// The position of a triangle in a trajectory.
 struct CrossingPlace {
   std::string body;
   bsi::TexelAddress texel;  // first corner of the triangle's quad
@@ -75,22 +77,23 @@ struct CrossingPlace {
 struct FrameCrossings {
   int frame = 0;
   double time = 0;     // s
-  int count = 0;       // pairs of triangles that intersect
-  CrossingPlace a, b;  // places of the first pair, if count > 0
+  int count = 0;       // number of pairs of triangles that intersect
+  CrossingPlace a, b;  // triangles of the first pair, if count > 0
 };
 
-// Counts the intersecting pairs of triangles in the positions on disk, exactly
+// Counts the intersecting pairs of triangles in the recorded positions, exactly
 // (sim/view/crossings.h). Returns one entry per frame. Obstacles are checked neither against each
-// other nor against themselves, because they may be built from overlapping parts. Shells have the
-// triangles of RecordedSurface, and their texels are those of its image.
+// other nor against themselves, because they may be built from overlapping parts. The triangles are
+// those of RecordedSurface, and texels belong to RecordedSurface::atlas().
 //
-// Throws FileError, also for a file that cannot be judged: it has no frame, only obstacles, a body
-// recorded only in part, or a position that is not finite or beyond the range of float32. The
-// message names the position.
+// Throws FileError for a file that cannot be read or judged. A file cannot be judged if it has no
+// frame, no body besides obstacles, a body recorded in part, or a position that is not finite or
+// beyond the range of float32.
 std::vector<FrameCrossings> count_crossings(const std::string& path);
+// Returns the crossings as text for people.
 std::string to_text(const std::vector<FrameCrossings>& frames);
-// Returns {"crossings": total, "frames": [{"frame", "time_s", "count", "first": [place,
-// place]}...]}. A place is {"body", "patch", "row", "col"}.
+// Returns the crossings as a JSON object {"crossings": total, "frames": [{"frame", "time_s",
+// "count", "first": [place, place]}...]}. A place is {"body", "patch", "row", "col"}.
 std::string to_json(const std::vector<FrameCrossings>& frames);
 
 }  // namespace weft::sim

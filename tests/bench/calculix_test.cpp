@@ -107,7 +107,9 @@ TEST(CalculixDeck, HasTheSupportsAndLoadsOfTheCase) {
   // Each symmetry plane holds all nodes of an edge: 3 at a corner and 2 at a midside.
   EXPECT_EQ(deck.held.size(), 2 * (3 * (n + 1) + 2 * n) + 1);
   for (const auto& [node, direction] : deck.held) {
-    if (direction < 3) EXPECT_NEAR(deck.node.at(node)[direction - 1], 0, 1e-12);
+    if (direction < 3) {
+      EXPECT_NEAR(deck.node.at(node)[direction - 1], 0, 1e-12);
+    }
   }
   EXPECT_EQ(deck.held.back()[1], 3);
   ASSERT_EQ(written.loaded.size(), 2);

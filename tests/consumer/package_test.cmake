@@ -8,7 +8,7 @@ function(run)
   set(output "${output}" PARENT_SCOPE)
 endfunction()
 
-set(configure ${CMAKE_COMMAND} -G Ninja -S ${source} -D CMAKE_BUILD_TYPE=Debug
+set(configure ${CMAKE_COMMAND} -G Ninja -S ${source} -D CMAKE_BUILD_TYPE=None
   -D CMAKE_PREFIX_PATH=${work}/prefix -D CMAKE_CXX_FLAGS=${flags})
 file(REMOVE_RECURSE ${work})
 run(${CMAKE_COMMAND} --install ${build} --prefix ${work}/prefix)

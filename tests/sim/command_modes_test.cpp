@@ -97,7 +97,9 @@ TEST_F(CommandModes, WritesAFrameForEachMode) {
     }
     // The control point that moves most is displaced by a tenth; points of the surface by less.
     EXPECT_LE(largest, frame == 0 ? 0 : 0.1 * std::sqrt(2));
-    if (frame > 0) EXPECT_GT(largest, 0.11);
+    if (frame > 0) {
+      EXPECT_GT(largest, 0.11);
+    }
   }
   EXPECT_TRUE(std::isnan(reader.series_values("frequency")[0]));
   EXPECT_EQ(reader.series_values("mode")[2], 2);

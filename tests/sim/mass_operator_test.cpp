@@ -74,7 +74,7 @@ struct Mass {
 };
 
 TEST(MassOperator, RowSumsAreTheMasses) {
-  for (const std::string& degree : {"", "spline_degree = 2\n"}) {
+  for (const char* degree : {"", "spline_degree = 2\n"}) {
     std::string text = solid + roof + sheet;
     text.insert(text.find("[material.cloth]"), degree);
     const auto scene = build_scene(parse_case(text, "test.toml", {}));

@@ -33,11 +33,12 @@ shape = { type = "cylinder", radius = 2, length = 3, resolution = [7, 12] }
 class ShellTrajectory : public TrajectoryFolder {
  protected:
   std::string run(const Overrides& overrides = {}) {
-    const std::string file = path("run.h5");
-    const RunReport report = run_simulation(parse_case(tube, "test.toml", overrides),
-                                            {.trajectory = file, .force = true});
+    RunOptions options;
+    options.trajectory = path("run.h5");
+    options.force = true;
+    const RunReport report = run_simulation(parse_case(tube, "test.toml", overrides), options);
     EXPECT_EQ(report.status, RunReport::Status::done) << report.reason;
-    return file;
+    return options.trajectory;
   }
 };
 
@@ -85,7 +86,9 @@ TEST_F(ShellTrajectory, BecomesTheTrianglesOfContactAgain) {
 TEST_F(ShellTrajectory, OfAPartHoldsPointsOfItsImage) {
   std::string text = tube;
   text += "[[output.part]]\nbody = \"tube\"\nrows = [0, 2]\n";
-  run_simulation(parse_case(text, "test.toml"), {.trajectory = path("part.h5")});
+  RunOptions options;
+  options.trajectory = path("part.h5");
+  run_simulation(parse_case(text, "test.toml"), options);
   const TrajectoryReader reader(path("part.h5"));
   EXPECT_FALSE(RecordedSurface(reader.bodies()[0]).is_curved());
   for (const Vec3& x : reader.positions(0, 0)) EXPECT_NEAR(std::hypot(x.x(), x.y()), 2, 1e-12);
