@@ -185,7 +185,7 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
 
   Trouble accept_point(double end, std::span<double> y, int corrections) {
     set_fault(path_.move_to(end, y));
-    if (fault()) return Trouble::surfaces;
+    if (fault()) return trouble_of_fault();
     factor_ = trial_factor_;
     negative_ = newton_.negative_directions();
     direction_ = step_;
@@ -209,7 +209,7 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
   Trouble name_trouble() {
     set_fault(newton_.fault());
     set_place(newton_.factors().weakest_particle());
-    return fault() ? Trouble::surfaces : Trouble::not_converged;
+    return fault() ? trouble_of_fault() : Trouble::not_converged;
   }
 
   Failure final_failure(Trouble trouble) const override {

@@ -66,6 +66,8 @@ class OneStepIntegrator : public Integrator {
   void propose(double h) { size_ = h; }
   void set_fault(const std::optional<ContactFault>& fault) { fault_ = fault; }
   const std::optional<ContactFault>& fault() const { return fault_; }
+  // Returns the trouble of a trial that fault() blocks.
+  Trouble trouble_of_fault() const { return fault_ ? trouble_of(*fault_) : Trouble::surfaces; }
   void set_place(int particle) { place_ = particle; }
   int place() const { return place_; }
   // Asks for a reason to stop, between the parts of a long trial. If it returns true, the trial

@@ -80,7 +80,7 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     set_fault({});
     End found = End::diverged;
     for (const bool careful : {false, true}) {
-      if (!begin_search(end, careful, y)) return Trouble::surfaces;
+      if (!begin_search(end, careful, y)) return trouble_of_fault();
       found = search(end, careful, y);
       if (found == End::converged && is_elsewhere(end, y)) found = End::diverged;
       if (found == End::converged) return accept_equilibrium();
@@ -92,7 +92,7 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     set_place(is_singular_ ? weakest_ : newton_.worst_particle());
     if (found != End::blocked) return Trouble::not_converged;
     set_fault(newton_.fault());
-    return Trouble::surfaces;
+    return trouble_of_fault();
   }
 
   // True if an equilibrium was reached through unstable states and lies far from the extrapolated

@@ -50,7 +50,7 @@ class StaticIntegrator final : public OneStepIntegrator {
     if (found == Relaxation::End::at_rest) return Trouble::none;
     if (found == Relaxation::End::blocked) {
       set_fault(relaxation_.fault());
-      return Trouble::surfaces;
+      return trouble_of_fault();
     }
     end = time();
     set_fault({});
