@@ -65,8 +65,8 @@ class Force {
   // Sets the factor by which an applied load is multiplied from now on. The factor is 1 before the
   // first call. Other forces ignore it.
   virtual void set_load_factor(double /*factor*/) {}
-  // True if the force consists of stiff springs that replace a constraint. Position errors within
-  // the tolerance give these springs much energy.
+  // True if the force replaces a constraint, by stiff springs or a barrier. Position errors within
+  // the tolerance, or a step that ends deep in the barrier, give such a force much energy.
   virtual bool is_constraint() const { return false; }
   // True if coefficients or moving points of the force vary in time.
   virtual bool varies() const { return false; }

@@ -48,6 +48,7 @@ class StrainLimitForce final : public Force {
 
   std::string_view name() const override { return "strain_limit"; }
   bool is_membrane() const override { return true; }
+  bool is_constraint() const override { return true; }
   bool has_damping() const override { return false; }
   bool has_limits() const override { return true; }
   double evaluation_work() const override { return 0.4; }

@@ -24,9 +24,10 @@ namespace weft::sim {
 // that time. If gravity varies, the fall assumes that its direction never changes. e is the error
 // of sqrt(E) if every component errs by its tolerance.
 //
-// Contact energy counts only once it has become motion: a long step that ends deep within contact's
-// range overestimates it, but most methods damp the excess. Equilibria are checked only under
-// proportional loading, without wind, applied loads and prescribed motion.
+// The energy of contact and of forces with is_constraint() counts only once it has become motion: a
+// long step that ends deep within a barrier overestimates it, but most methods damp the excess.
+// Equilibria are checked only under proportional loading, without wind, applied loads and
+// prescribed motion.
 class EnergyWatch {
  public:
   // `start` is the state at `start_time` (s). The dynamics must outlive the watch. Evaluates
