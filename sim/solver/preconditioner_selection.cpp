@@ -12,6 +12,14 @@ constexpr double multigrid_break_even = 6;
 // out within a solve.
 constexpr int assemblies_to_rebuild = 10;
 
+// Writes or reads the creases of a linearisation.
+void transfer_creases(StateArchive& archive, CreaseHistory::Creases& creases) {
+  std::size_t count = creases.size();
+  archive(count);
+  if (archive.reads()) creases.resize(count);
+  for (materials::Crease& each : creases) archive(each.angles, each.curvature);
+}
+
 }  // namespace
 
 PreconditionerSelection::PreconditionerSelection(Dynamics& dynamics, VelocityMatrix& matrix)
@@ -91,6 +99,7 @@ void PreconditionerSelection::transfer(StateArchive& archive) {
   Linearisation& place = set_up_place_;
   archive(is_set_up_, set_up_assembly_, rebuilt_until_, set_up_gamma_, place.time, place.step_start,
           place.state, place.definiteness, place.gamma, place.load, place.hardness);
+  transfer_creases(archive, place.creases);
   age_.transfer(archive);
   frequency_.transfer(archive);
   if (!archive.reads() || !is_set_up_) return;
