@@ -60,13 +60,15 @@ edges = ["first_col"]
 clamp = true
 )";
 
-// A strip whose clamped ends turn towards each other until it is a half circle (the ends move along
-// with it), and then let go.
+// A strip whose clamped ends turn towards each other by 150 degrees, back to 45, and let go. The
+// ends move as those of an arc of the strip's length. At 45 degrees little moment is left: a strip
+// that is let go with more springs back in waves, which fold it further. With a Poisson's ratio of
+// 0 it bends to a cylinder, to which the formula belongs.
 constexpr const char* folded_strip = R"(
 [time]
 method = "euler"
-step = 5e-3
-duration = 1.2
+step = 2e-3
+duration = 3
 [world]
 gravity = [0, 0, 0]
 [contact]
@@ -74,10 +76,11 @@ enabled = false
 [material.paper]
 density = 0.1
 membrane_stiffness = 2000
+poisson_ratio = 0
 bending_stiffness = 1e-3
-bending_damping = 2e-3
+bending_damping = 5e-3
 stiffness_damping = 1e-3
-mass_damping = 30
+mass_damping = 20
 yield_curvature = 8
 hardening = 0.25
 [output]
@@ -91,18 +94,25 @@ clamp = true
 [[body.pin]]
 edges = ["last_col"]
 clamp = true
-release_time = 0.6
+release_time = 1.9
 motion = { centre = [0.1, 0, 0], keyframes = [
-  { time = 0.05, translation = [-0.0022768, 0, 0.0260308], rotation_deg = [0, -15, 0] },
-  { time = 0.10, translation = [-0.0090141, 0, 0.0511745], rotation_deg = [0, -30, 0] },
-  { time = 0.15, translation = [-0.0199367, 0, 0.0745846], rotation_deg = [0, -45, 0] },
-  { time = 0.20, translation = [-0.0346013, 0, 0.0954930], rotation_deg = [0, -60, 0] },
-  { time = 0.25, translation = [-0.0524174, 0, 0.1132441], rotation_deg = [0, -75, 0] },
-  { time = 0.30, translation = [-0.0726760, 0, 0.1273240], rotation_deg = [0, -90, 0] },
-  { time = 0.35, translation = [-0.0945839, 0, 0.1373810], rotation_deg = [0, -105, 0] },
-  { time = 0.40, translation = [-0.1173007, 0, 0.1432394], rotation_deg = [0, -120, 0] },
-  { time = 0.45, translation = [-0.1399789, 0, 0.1449037], rotation_deg = [0, -135, 0] },
-  { time = 0.50, translation = [-0.1618028, 0, 0.1425538], rotation_deg = [0, -150, 0] }] }
+  { time = 0.1, translation = [-0.0022768, 0, 0.0260308], rotation_deg = [0, -15, 0] },
+  { time = 0.2, translation = [-0.0090141, 0, 0.0511745], rotation_deg = [0, -30, 0] },
+  { time = 0.3, translation = [-0.0199367, 0, 0.0745846], rotation_deg = [0, -45, 0] },
+  { time = 0.4, translation = [-0.0346013, 0, 0.0954930], rotation_deg = [0, -60, 0] },
+  { time = 0.5, translation = [-0.0524174, 0, 0.1132441], rotation_deg = [0, -75, 0] },
+  { time = 0.6, translation = [-0.0726760, 0, 0.1273240], rotation_deg = [0, -90, 0] },
+  { time = 0.7, translation = [-0.0945839, 0, 0.1373810], rotation_deg = [0, -105, 0] },
+  { time = 0.8, translation = [-0.1173007, 0, 0.1432394], rotation_deg = [0, -120, 0] },
+  { time = 0.9, translation = [-0.1399789, 0, 0.1449037], rotation_deg = [0, -135, 0] },
+  { time = 1.0, translation = [-0.1618028, 0, 0.1425538], rotation_deg = [0, -150, 0] },
+  { time = 1.1, translation = [-0.1399789, 0, 0.1449037], rotation_deg = [0, -135, 0] },
+  { time = 1.2, translation = [-0.1173007, 0, 0.1432394], rotation_deg = [0, -120, 0] },
+  { time = 1.3, translation = [-0.0945839, 0, 0.1373810], rotation_deg = [0, -105, 0] },
+  { time = 1.4, translation = [-0.0726760, 0, 0.1273240], rotation_deg = [0, -90, 0] },
+  { time = 1.5, translation = [-0.0524174, 0, 0.1132441], rotation_deg = [0, -75, 0] },
+  { time = 1.6, translation = [-0.0346013, 0, 0.0954930], rotation_deg = [0, -60, 0] },
+  { time = 1.7, translation = [-0.0199367, 0, 0.0745846], rotation_deg = [0, -45, 0] }] }
 )";
 
 // The angle (rad) between the tangents at the two ends of the strip, along its middle row.
@@ -210,8 +220,8 @@ TEST(Crease, TheEnergyWatchSubtractsTheLoss) {
   EXPECT_EQ(failure->kind, Failure::Kind::energy);
 }
 
-// Folded between clamps and let go: every place keeps what the formula says of the largest
-// curvature it had.
+// Folded between clamps, unfolded and let go: every place keeps what the formula says of the
+// largest curvature it had.
 TEST(Crease, KeepsWhatTheFoldHad) {
   ChannelRun run(folded_strip);
   const auto curvature = [&] {
@@ -222,13 +232,13 @@ TEST(Crease, KeepsWhatTheFoldHad) {
     return values;
   };
   std::vector<double> folded(4 * 25, 0.0);
-  while (run.simulation().time() < 0.6 - 1e-9) {
-    run.advance_to(run.simulation().time() + 5e-3);
+  while (run.simulation().time() < 1.1 - 1e-9) {
+    run.advance_to(run.simulation().time() + 0.01);
     const std::vector<double> now = curvature();
     for (std::size_t i = 0; i < now.size(); ++i) folded[i] = std::max(folded[i], now[i]);
   }
   const double dissipated = *run.simulation().energies().dissipated;
-  run.advance_to(1.2);
+  run.advance_to(3);
   const std::vector<double> left = curvature();
   const std::vector<double> major = run.field("strip", "crease_curvature_major");
   const std::vector<double> minor = run.field("strip", "crease_curvature_minor");
@@ -267,18 +277,23 @@ TEST(Crease, MethodsAgree) {
   }
 }
 
-// A saved run goes on with the same bits, before and after its pins change.
+// A saved run goes on with the same bits, before and after its pins change. Multigrid's coarse
+// matrices are older than the save: they are assembled again, with the creases of their time.
 TEST(Crease, IsSavedWithTheState) {
-  for (const double time : {0.3, 0.5, 0.7}) {
-    SCOPED_TRACE(time);
-    Simulation whole = simulation_of(folded_strip), begun = simulation_of(folded_strip);
-    for (const double until : {time, 0.9}) {
-      while (whole.time() < until) ASSERT_FALSE(whole.step());
-      if (until == time) begun.restore(whole.save());
+  for (const std::string preconditioner : {"block_jacobi", "multigrid"}) {
+    for (const double time : {0.6, 1.95}) {
+      SCOPED_TRACE(preconditioner + " at " + std::to_string(time));
+      const Overrides overrides{"time.preconditioner=" + preconditioner};
+      Simulation whole = simulation_of(folded_strip, overrides);
+      Simulation begun = simulation_of(folded_strip, overrides);
+      while (whole.time() < time) ASSERT_FALSE(whole.step());
+      begun.restore(whole.save());
+      while (whole.time() < time + 0.1) ASSERT_FALSE(whole.step());
+      while (begun.time() < time + 0.1) ASSERT_FALSE(begun.step());
+      EXPECT_GT(whole.energies().dissipated, 0);
+      EXPECT_TRUE(std::ranges::equal(whole.state(), begun.state()));
+      EXPECT_EQ(whole.energies().dissipated, begun.energies().dissipated);
     }
-    while (begun.time() < 0.9) ASSERT_FALSE(begun.step());
-    EXPECT_TRUE(std::ranges::equal(whole.state(), begun.state()));
-    EXPECT_EQ(whole.energies().dissipated, begun.energies().dissipated);
   }
 }
 
