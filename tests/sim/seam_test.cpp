@@ -1,7 +1,9 @@
 // Seams against the uncut sheet, conservation laws and contact.
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
+#include "sim/motion/tolerances.h"
 #include "sim/run/recorded_run.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/view/trajectory_info.h"
@@ -236,6 +238,7 @@ constexpr const char* tube = R"(
 [time]
 duration = 0.1
 method = "static"
+position_tolerance = 5e-6
 [world]
 gravity = [0, 0, 0]
 [contact]
@@ -289,10 +292,11 @@ TEST(Seam, ConservesMomentumAndAngularMomentum) {
 }
 
 // A sheet that is cut and sewn again moves as the uncut one does: within a ten thousandth of its
-// size.
+// size. At a tolerance of 1 um, the errors of cvode alone are as large; at 0.1 um a third of
+// them is left.
 TEST(Seam, BehavesAsTheUncutSheet) {
   for (const Overrides& overrides :
-       std::vector<Overrides>{{"time.position_tolerance=1e-6"},
+       std::vector<Overrides>{{"time.position_tolerance=1e-7"},
                               {"time.method=\"euler\"", "time.step=0.01"},
                               {"time.method=\"static\"", "time.frames_per_second=25"}}) {
     SCOPED_TRACE(overrides.front());
@@ -307,8 +311,7 @@ TEST(Seam, BehavesAsTheUncutSheet) {
   }
 }
 
-// Bending goes on across the seam: a cantilever that is cut half way sags as the whole one does;
-// with a hinge it would hang down.
+// Bending goes on across the seam: a cantilever that is cut half way sags as the whole one does.
 TEST(Seam, BendsAsTheUncutStrip) {
   const std::string whole = std::string(setting) + R"(
 [[body]]
@@ -347,7 +350,12 @@ to_edge = "last_col"
   const Vec3 expected = tip(whole, "strip");
   ASSERT_LT(expected.z(), -0.03);
   EXPECT_LT((tip(cut, "far") - expected).norm(), 1e-3 * std::abs(expected.z()));
-  EXPECT_LT(tip(cut, "far", {"seam.0.bending=\"hinged\""}).z(), 1.5 * expected.z());
+  // With a hinge the far half hangs down. Stiffer strips than these show it: they hardly sag by
+  // themselves.
+  const Overrides stiff{"material.cloth.bending_stiffness=1e-2"};
+  const double stiff_sag = tip(whole, "strip", stiff).z();
+  EXPECT_LT(std::abs((tip(cut, "far", stiff).z() - stiff_sag) / stiff_sag), 1e-3);
+  EXPECT_LT(tip(cut, "far", {stiff[0], "seam.0.bending=\"hinged\""}).z(), 1.5 * stiff_sag);
   // A far half of another resolution is as good as its mesh.
   EXPECT_LT((tip(cut, "far", {"body.far.shape.resolution=[9,17]"}) - expected).norm(),
             0.02 * std::abs(expected.z()));
@@ -499,8 +507,11 @@ TEST(Seam, ClosesInItsTime) {
       if (const auto failure = simulation.step()) FAIL() << failure->text;
     }
     EXPECT_LT(opening(simulation), 1e-4);
-    // Damping by the mass slows the common motion; there is none.
-    EXPECT_LT(momentum(simulation).norm(), 1e-6);
+    // Seams conserve momentum, and there is none at the start. Methods solve for velocities within
+    // their tolerance; a piece that closes has 25 times the momentum that this allows.
+    const Scene& scene = simulation.scene();
+    const double mass = std::accumulate(scene.mass.begin(), scene.mass.end(), 0.0);
+    EXPECT_LT(momentum(simulation).norm(), mass * velocity_tolerance(scene.source.time));
     // Sewn together, nothing pushes the edges apart.
     EXPECT_EQ(simulation.contact_pairs(), 0);
   }
@@ -511,7 +522,10 @@ TEST(Seam, ContactDoesNotPushSewnEdgesApart) {
       simulation_of(quilt, {"world.gravity=[0,0,0]", "obstacle.ball.position=[0,0,-1]"});
   const std::vector<double> start(simulation.state().begin(), simulation.state().end());
   advance_to(simulation, 0.25);
-  EXPECT_EQ(position_difference(start, {simulation.state().begin(), simulation.state().end()}), 0);
+  // Stitches between vertices of unequal borders start apart by a rounding error. A push of contact
+  // would open them by the order of its range, 2 mm.
+  EXPECT_LT(position_difference(start, {simulation.state().begin(), simulation.state().end()}),
+            1e-8);
   EXPECT_FALSE(simulation.smallest_gap());
 }
 
