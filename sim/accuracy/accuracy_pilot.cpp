@@ -163,7 +163,8 @@ bool Pilot::is_dearer_than_verlet(const TimeCase& time) {
   const auto scene = scene_with(target_, time);
   Statistics statistics;
   Dynamics dynamics(*scene, statistics);
-  const double rate = estimate_spectrum(dynamics, 0, dynamics.initial_state()).stiffest();
+  const SpectralEstimate fastest = estimate_spectrum(dynamics, 0, dynamics.initial_state());
+  const double rate = verlet_rate(fastest.frequency, fastest.decay);
   const double limit = dynamics.evaluation_work() * verlet_evaluations(rate, duration());
   Simulation run(*scene);
   while (run.time() < duration()) {

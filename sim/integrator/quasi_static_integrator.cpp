@@ -75,7 +75,6 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
 
   Trouble attempt(double& end, std::span<double> y) override {
     note_last_step();
-    dynamics().set_hardness(1);  // a blocked relaxation may have softened bodies
     newton_.forget_signs();
     set_fault({});
     End found = End::diverged;

@@ -86,7 +86,7 @@ Relaxation::End Relaxation::relax(const Goal& goal, std::span<double> y, SafePat
       if (hardness >= 1) break;
     }
   }
-  if (end == End::slow || end == End::stuck) dynamics_.set_hardness(1);
+  dynamics_.set_hardness(1);
   return end;
 }
 

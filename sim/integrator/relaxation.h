@@ -36,8 +36,7 @@ class Relaxation {
   };
   // Relaxes the free particles of `y` (6 * particles doubles). Preconditions: the velocities are
   // zero, and `path` has started at the last accepted state. After End::blocked, fault() holds the
-  // reason, and bodies may still be softened. After any other end, the dynamics have full
-  // stiffness.
+  // reason. The dynamics have full stiffness at the end.
   End relax(const Goal& goal, std::span<double> y, SafePath& path);
 
   const std::optional<ContactFault>& fault() const { return fault_; }

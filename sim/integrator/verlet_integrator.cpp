@@ -49,8 +49,7 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
 
  private:
-  // Refuses a given step h that is unstable. Without a given step, chooses its length. A vibration
-  // of frequency omega is unstable if h omega > 2, and a decay of rate d if h d > 2.
+  // Refuses a given step that is unstable. Without a given step, chooses its length.
   std::optional<Failure> refusal() override {
     const TimeCase& options = scene().source.time;
     if (options.step) return refuse_unstable(*options.step);
@@ -60,7 +59,7 @@ class VerletIntegrator final : public OneStepIntegrator {
     }
     if (dynamics().contact() == nullptr) {
       tracker_.emplace(dynamics(), time(), state());
-      rate = std::max(tracker_->frequency(), decay_);
+      rate = verlet_rate(tracker_->frequency(), decay_);
     }
     share_ = verlet_share(options.relative_tolerance);
     chosen_step_ = rate > 0 ? share_ * 2 / rate : 1 / options.frames_per_second;
@@ -69,7 +68,7 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
   std::optional<Failure> refuse_unstable(double step) {
     const SpectralEstimate fastest = estimate_spectrum(dynamics(), time(), state());
-    const double limit = 2 / fastest.stiffest();
+    const double limit = 2 / verlet_rate(fastest.frequency, fastest.decay);
     if (step <= limit) return std::nullopt;
     return Failure{Failure::Kind::unstable, time(), fastest.place,
                    "the step of " + number_text(step) +
@@ -139,7 +138,7 @@ class VerletIntegrator final : public OneStepIntegrator {
   // checked less often: an unstable vibration grows by a small factor per step and needs several
   // steps to matter.
   double check_shown_frequency(double h) {
-    const double share = shown_frequency(h) * chosen_step_ / 2;
+    const double share = verlet_rate(shown_frequency(h), decay_) * chosen_step_ / 2;
     next_shown_check_ = steps_ + (share < slow_share ? steps_per_slow_check : 1);
     return share;
   }
@@ -154,7 +153,7 @@ class VerletIntegrator final : public OneStepIntegrator {
     if (change < small_change)
       steps_per_check_ = std::min(2 * steps_per_check_, most_verlet_steps_per_check);
     next_check_ = steps_ + steps_per_check_;
-    keep_share(std::max(now, decay_));
+    keep_share(verlet_rate(now, decay_));
   }
 
   void keep_share(double rate) {
@@ -184,12 +183,13 @@ class VerletIntegrator final : public OneStepIntegrator {
     }
     if (is_fixed()) return;
     const double rate = find_decay();
-    keep_share(tracker_ ? std::max(tracker_->frequency(), decay_) : rate);
+    keep_share(tracker_ ? verlet_rate(tracker_->frequency(), decay_) : rate);
     propose(chosen_step_);
   }
 
-  // Sets decay_ and stiff_place_, and returns the fastest rate (1/s). Until the next corner of a
-  // curve, damping is strongest now or at that corner, so decay_ is the larger of these two decays.
+  // Sets decay_ and stiff_place_, and returns verlet_rate() of the present state. Until the next
+  // corner of a curve, damping is strongest now or at that corner, so decay_ is the larger of these
+  // two decays.
   double find_decay() {
     dynamics().begin_step(time());
     SpectralEstimate fastest = estimate_spectrum(dynamics(), time(), state());
@@ -201,7 +201,7 @@ class VerletIntegrator final : public OneStepIntegrator {
     }
     decay_ = fastest.decay;
     stiff_place_ = fastest.place;
-    return fastest.stiffest();
+    return verlet_rate(fastest.frequency, fastest.decay);
   }
 
   Trouble trouble_of(const ContactFault& fault) {

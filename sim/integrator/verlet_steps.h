@@ -23,12 +23,20 @@ inline double verlet_tolerance(double share) {
   return default_verlet_tolerance * ratio * ratio;
 }
 
+// Returns the rate r (1/s) of the longest stable step 2 / r: the positive solution h of
+// h^2 frequency^2 + 4 h decay = 4 (docs/theory.md, "Verlet without step"). `frequency` (rad/s) and
+// `decay` (1/s) are the largest ones of the motion. Damping halves the longest step because it acts
+// on a velocity that is extrapolated from the start of the step.
+inline double verlet_rate(double frequency, double decay) {
+  return decay + std::hypot(decay, frequency);
+}
+
 // Largest number of steps between two checks of the longest stable step. A check costs one
 // evaluation of the forces.
 inline constexpr int most_verlet_steps_per_check = 32;
 
 // Returns the number of force evaluations of verlet over `duration` (s), with the longest steps
-// that it takes. `rate` (1/s) is the fastest vibration or decay; a step h is stable if h rate < 2.
+// that it takes. `rate` (1/s) is that of verlet_rate().
 inline double verlet_evaluations(double rate, double duration) {
   return (1 + 1.0 / most_verlet_steps_per_check) * duration * rate / (2 * longest_verlet_share);
 }

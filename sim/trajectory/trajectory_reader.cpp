@@ -20,7 +20,8 @@ using hdf5::make_space;
 
 // Time during which a failed read is repeated, and the first pause between two attempts. A piece of
 // metadata that a running writer replaces during the read has a wrong checksum, but a later read
-// succeeds. If the checksum stays wrong, the file is damaged. Pauses double to limit the number of
+// succeeds. Metadata that it adds during the read lies beyond the end that the file had when it was
+// opened. If the error stays, the file is damaged. Pauses double to limit the number of
 // attempts, because HDF5 1.10 leaks a kilobyte of memory with every failed read.
 constexpr std::chrono::milliseconds patience(250), first_pause(1);
 
@@ -39,7 +40,9 @@ auto read_whole(const std::string& path, const Read& read) {
     try {
       return read();
     } catch (const FileError& error) {
-      const bool is_torn = std::string_view(error.what()).find("checksum") != std::string::npos;
+      const std::string_view reason = error.what();
+      const bool is_torn = reason.find("checksum") != std::string_view::npos ||
+                           reason.find("past end of allocation") != std::string_view::npos;
       const bool is_late = std::chrono::steady_clock::now() > deadline;
       if (!is_torn || is_late || !has_changed_lately(path)) throw;
     }

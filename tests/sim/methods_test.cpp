@@ -203,7 +203,6 @@ shape = { type = "sphere", radius = 0.3, resolution = [7] }
 TEST(Methods, NothingPassesThroughHoweverLongTheStep) {
   for (const Overrides& options :
        {method("euler", {"time.step=0.0166667"}), method("euler", {"time.step=0.002"}),
-        method("euler", {"time.step=0.0166667", "time.newton=1"}),
         method("implicit_midpoint", {"time.step=0.002"}), method("arkode")}) {
     SimulatedCase sim(fast_impact, options);
     std::optional<double> smallest_gap;
@@ -217,6 +216,32 @@ TEST(Methods, NothingPassesThroughHoweverLongTheStep) {
     // The ball holds the middle up: the sheet has not flown through at full speed.
     EXPECT_GT(sim.positions_at(0.04)[60].z(), 0.28) << options[0];
   }
+}
+
+// A single Newton iteration does not always find forces that stop the sheet. The run then ends with
+// a reason, in about every fifth of such impacts, but the surfaces stay apart.
+TEST(Methods, NothingPassesThroughWithASingleNewtonIteration) {
+  int finished = 0;
+  for (const char* height : {"0.6", "0.601", "0.602", "0.6065"}) {
+    SimulatedCase sim(fast_impact,
+                      method("euler", {"time.step=0.0166667", "time.newton=1",
+                                       "body.sheet.position=[0, 0, " + std::string(height) + "]"}));
+    std::optional<Failure> reason;
+    while (!reason && sim.integrator().time() < 0.04) {
+      reason = sim.integrator().step();
+      const std::vector<double> state(sim.integrator().state().begin(),
+                                      sim.integrator().state().end());
+      ASSERT_EQ(crossings(sim.scene(), sim.positions(sim.integrator().time(), state)), 0)
+          << height << " at " << sim.integrator().time();
+    }
+    if (reason) {
+      EXPECT_NE(reason->text.find("surfaces apart"), std::string::npos) << reason->text;
+      continue;
+    }
+    ++finished;
+    EXPECT_GT(sim.positions_at(0.04)[60].z(), 0.28) << height;
+  }
+  EXPECT_GE(finished, 1);
 }
 
 // The failure names the obstacle and the place, and the last good state is kept.

@@ -151,6 +151,49 @@ TEST(Verlet, RefusesAStepBeyondItsStability) {
   EXPECT_EQ(sim.integrator().time(), 0);
 }
 
+// Returns true if the steps h (s) of one coordinate, with x'' = -omega^2 x - d x', grow.
+bool steps_grow(double h, double omega, double d) {
+  double x = 0, v = 1, a = 0;
+  for (int k = 0; k < 20'000 && std::abs(v) < 1e3; ++k) {
+    x += h * (v + h / 2 * a);
+    const double end = -omega * omega * x - d * (v + h * a);
+    v += h / 2 * (a + end);
+    a = end;
+  }
+  return std::abs(v) >= 1e3;
+}
+
+// Damping shortens the longest stable step. A rod of springs vibrates at omega along y, with the
+// decay rate d.
+TEST(Verlet, StepsOfDampedMotionAreStableUpToTheLimitAndRefusedBeyondIt) {
+  const double omega = 30;
+  for (const double ratio : {0.0, 0.1, 0.5, 1.0, 3.0}) {
+    SCOPED_TRACE(ratio);
+    const double d = ratio * omega, limit = 2 / (d + std::hypot(d, omega));
+    EXPECT_FALSE(steps_grow(0.99 * limit, omega, d));
+    EXPECT_TRUE(steps_grow(1.01 * limit, omega, d));
+    const Overrides damped{"material.spring.mass_damping=" + std::to_string(d),
+                           "body.rod.velocity=[0, 0.1, 0]"};
+    Overrides shorter = damped, longer = damped;
+    shorter.push_back(key("step", 0.99 * limit));
+    longer.push_back(key("step", 1.01 * limit));
+    SimulatedCase sim(oscillator, method("verlet", shorter));
+    const auto speed = [&] {
+      const auto state = sim.integrator().state();
+      double largest = 0;
+      for (std::size_t i = state.size() / 2; i < state.size(); ++i)
+        largest = std::max(largest, std::abs(state[i]));
+      return largest;
+    };
+    for (int k = 0; k < 2000; ++k) ASSERT_FALSE(sim.integrator().step());
+    EXPECT_LT(speed(), 1);  // a growth of 1 % per step would make it 4e7 m/s
+    SimulatedCase refused(oscillator, method("verlet", longer));
+    const auto reason = refused.integrator().step();
+    ASSERT_TRUE(reason);
+    EXPECT_NE(reason->text.find("limit of stability"), std::string::npos) << reason->text;
+  }
+}
+
 // Unstable motion needs ever shorter steps, which must end.
 TEST(Verlet, EndsWhereItsStepsWouldBeTooShort) {
   SimulatedCase sim(stretching_strip,
