@@ -280,20 +280,18 @@ TEST(Crease, MethodsAgree) {
 // A saved run goes on with the same bits, before and after its pins change. Multigrid's coarse
 // matrices are older than the save: they are assembled again, with the creases of their time.
 TEST(Crease, IsSavedWithTheState) {
-  for (const std::string preconditioner : {"block_jacobi", "multigrid"}) {
-    for (const double time : {0.6, 1.95}) {
-      SCOPED_TRACE(preconditioner + " at " + std::to_string(time));
-      const Overrides overrides{"time.preconditioner=" + preconditioner};
-      Simulation whole = simulation_of(folded_strip, overrides);
-      Simulation begun = simulation_of(folded_strip, overrides);
-      while (whole.time() < time) ASSERT_FALSE(whole.step());
-      begun.restore(whole.save());
-      while (whole.time() < time + 0.1) ASSERT_FALSE(whole.step());
-      while (begun.time() < time + 0.1) ASSERT_FALSE(begun.step());
-      EXPECT_GT(whole.energies().dissipated, 0);
-      EXPECT_TRUE(std::ranges::equal(whole.state(), begun.state()));
-      EXPECT_EQ(whole.energies().dissipated, begun.energies().dissipated);
-    }
+  const Overrides overrides{"time.preconditioner=multigrid"};
+  for (const double time : {0.8, 1.95}) {
+    SCOPED_TRACE(time);
+    Simulation whole = simulation_of(folded_strip, overrides);
+    Simulation begun = simulation_of(folded_strip, overrides);
+    while (whole.time() < time) ASSERT_FALSE(whole.step());
+    EXPECT_GT(whole.energies().dissipated, 0);
+    begun.restore(whole.save());
+    while (whole.time() < time + 0.1) ASSERT_FALSE(whole.step());
+    while (begun.time() < time + 0.1) ASSERT_FALSE(begun.step());
+    EXPECT_TRUE(std::ranges::equal(whole.state(), begun.state()));
+    EXPECT_EQ(whole.energies().dissipated, begun.energies().dissipated);
   }
 }
 
