@@ -15,9 +15,10 @@ namespace weft::sim {
 struct BendingQuads {
   std::vector<std::array<int, QuadSurroundings::count>> nodes;  // global indices, or no_node
   // Bending moduli of a quad's triangles over the angles of their hinges, N m. Zero for triangles
-  // whose stiffness depends on the curvature.
+  // whose stiffness depends on the curvature, and for triangles that triangles_at_clamps() marks.
   std::vector<std::array<materials::Mat3, 2>> moduli;
-  // Maps from the hinge angles of such triangles to their curvatures. Other maps are zero.
+  // Maps from hinge angles to curvature, for triangles whose stiffness depends on the curvature.
+  // Zero for other triangles, and for triangles that triangles_at_clamps() marks.
   std::vector<std::array<materials::StrainMapOf<double>, 2>> maps;
   VaryingNumbers damping_times;  // s, by quad
   bool is_damped = false;        // true if damped at any time

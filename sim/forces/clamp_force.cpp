@@ -24,11 +24,11 @@ constexpr int most_nodes = 6;  // three nodes of the triangle and three across i
 // tangent plane. The angle at the edge is therefore twice the angle to that plane.
 struct ClampedTriangle {
   std::array<int, most_nodes> particles;  // global indices; no_particle: ghost or border
-  // Numbers of the ghosts in MovingPoints, by edge.
+  // Indices of the ghosts in MovingPoints, by edge; no_particle for edges that are not clamped.
   std::array<int, 3> ghosts{no_particle, no_particle, no_particle};
-  std::array<int, 3> pins{};    // by edge: index of the clamp in the body's list of pins
+  std::array<int, 3> pins{};    // by clamped edge: index of the clamp in the body's list of pins
   int body = 0;                 // index into Scene::bodies
-  Vec3 factors{1, 1, 1};        // by edge: 2 if clamped
+  Vec3 factors{1, 1, 1};        // by edge: 2 if clamped, else 1
   Vec3 rest_angles{0, 0, 0};    // rad, by edge
   Mat3 modulus = Mat3::Zero();  // N m, over the three angles
   // Law with a stiffness that depends on the curvature. Null if the law is linear.
@@ -294,7 +294,7 @@ bool has_clamps(const Case& source) {
   });
 }
 
-// Sets the bending law of a triangle, once its nodes and ghosts are known.
+// Sets the bending law of a triangle from its nodes and the ghosts added so far.
 void find_modulus(const SceneBody& body, const bsi::Mesh& mesh, int index,
                   ClampedTriangle& triangle) {
   Nodes3 rest;
@@ -321,8 +321,8 @@ void find_modulus(const SceneBody& body, const bsi::Mesh& mesh, int index,
 
 }  // namespace
 
-// Returns null only if the case has no clamps. While no clamp holds, the force has no triangles,
-// and the trajectory still records its energy.
+// Returns null only if the case has no clamps. While no clamp holds an edge of a dynamic body, the
+// force has no triangles, and the trajectory still records its energy.
 std::unique_ptr<Force> make_clamp_force(const Scene& scene) {
   if (!has_clamps(scene.source)) return nullptr;
   std::vector<ClampedTriangle> triangles;

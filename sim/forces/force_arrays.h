@@ -25,8 +25,8 @@ std::unique_ptr<Force> make_shell_drag_force(
     const Scene& scene);                                     // drag of spline shells in the wind
 std::unique_ptr<Force> make_load_force(const Scene& scene);  // applied loads
 
-// Returns the bending force of all cloth with this material, whose bending stiffness depends on the
-// curvature. Null if no dynamic body has the material.
+// Returns the bending force of all dynamic cloth with this material; null if no dynamic body has
+// the material. Precondition: the bending stiffness of the material depends on the curvature.
 std::unique_ptr<Force> make_curved_bending_force(const Scene& scene, const MaterialCase& material);
 // Returns one membrane force for each material in use whose tension is a nonlinear function of the
 // strain.

@@ -19,7 +19,7 @@ struct SpringEnds {
   int count = 0;
   std::array<int, 4> particle{};
   std::array<double, 4> coefficient{};
-  int anchor = -1;  // number in MovingPoints; -1: no anchor
+  int anchor = -1;  // index in MovingPoints; -1: no anchor
   double anchor_coefficient = 0;
   int anchor_body = -1;  // index into Scene::bodies; -1: no anchor
   int tie = 0;           // Tie::number
@@ -27,7 +27,7 @@ struct SpringEnds {
   double length = 0;     // rest length L, m
 };
 
-// The springs of ties that act on at least one dynamic particle.
+// The springs of ties. Springs that act on no dynamic particle are left out.
 class TieSprings {
  public:
   // `scene` must outlive this object if an anchor moves.
@@ -38,8 +38,8 @@ class TieSprings {
   MovingPoints& anchors() { return anchors_; }
   // Returns the vector d of a spring, m.
   Vec3 between(const SpringEnds& spring, std::span<const Vec3> position) const;
-  // Returns the sum over springs of the magnitude of the force, N. If anchors().move(),
-  // anchors().set_time() must have been called before.
+  // Returns the sum over springs of k ||d| - L|, N. If anchors().move(), anchors().set_time() must
+  // have been called before.
   double load(std::span<const Vec3> position) const;
 
  private:
