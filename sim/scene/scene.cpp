@@ -171,7 +171,8 @@ void add_pins(Scene& scene, const BodyCase& from, SceneBody& body,
     if (pin.clamp && body.spline) named = with_clamped_rows(body, pin, std::move(named));
     for (const int local : named) {
       const int particle = body.first_particle + local;
-      if (scene.pinned[particle] != 0) continue;  // the first pin that selects a vertex holds it
+      // The first pin that selects a vertex holds it. Pins that slide do not count.
+      if (scene.pinned[particle] != 0) continue;
       scene.pinned[particle] = 1;
       held.particles.push_back(particle);
       held.start.push_back(scene.initial_position[particle]);
