@@ -35,7 +35,8 @@ void refuse_crossings(const Scene& scene) {
     return scene.bodies[c.surface_a].is_obstacle && scene.bodies[c.surface_b].is_obstacle;
   });
   if (crossings.empty()) return;
-  // A pair of quads is listed once, even if several pairs of their triangles intersect.
+  // Triangles are described by their first vertices. Pairs of triangles with the same description
+  // are listed once.
   std::vector<std::string> places;
   for (const Crossing& c : crossings) {
     std::string place = describe_triangle(scene, c.surface_a, c.triangle_a) + "  with  " +
