@@ -24,9 +24,9 @@ struct BendingQuads {
   bool is_damped = false;        // true if damped at any time
 };
 
-// Returns the quads of all dynamic bodies of cloth that resist bending and whose material is
-// selected. The order is that of the bodies. Triangles that triangles_at_clamps() marks have zero
-// stiffness.
+// Returns the quads of all dynamic bodies of cloth that resist bending and for which
+// selects(material) is true. The order is that of the bodies. Triangles that triangles_at_clamps()
+// marks have zero stiffness.
 BendingQuads bending_quads(const Scene& scene,
                            const std::function<bool(const MaterialCase& material)>& selects);
 
