@@ -1,4 +1,4 @@
-// Turns dynamic bodies into obstacles: bodies whose vertices are all pinned, and sleeping bodies.
+// Turns dynamic bodies into obstacles: bodies held as a whole, and sleeping bodies.
 #pragma once
 
 #include <span>

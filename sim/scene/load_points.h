@@ -27,7 +27,7 @@ struct LoadPoint {
 int nodes_per_load_point(const SceneBody& body);
 
 // Returns the points on which a load acts: the selected vertices, two Gauss points per segment of
-// each selected edge, or four Gauss points per cell of the surface. If an area load has a box,
+// each selected edge, or four Gauss points per cell of the surface. If a load on an area has a box,
 // points outside the box are left out. `positions` has the positions of the body's particles at t =
 // 0 (m), with which the box is compared. Throws CaseError at the load if it selects nothing, or an
 // edge that the surface does not have because it is closed.

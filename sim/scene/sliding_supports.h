@@ -1,4 +1,4 @@
-// Supports that hold particles in some directions and leave them free in the others.
+// Supports that hold particles in some directions and leave them free in the other directions.
 #pragma once
 
 #include <span>
