@@ -17,11 +17,11 @@ namespace weft::sim {
 // h from state 0 to state 1 adds
 //   work  += -sum (F0 + F1) / 2 . (x1 - x0) + h (P0 + P1) / 2,
 //   doubt += (|sum (F1 - F0) . (x1 - x0)| + h |P1 - P0|) / 2.
-// If forces and power are monotonic within each step, the error of `work` is at most `doubt`. Heat
-// from internal damping, contact damping and friction is not subtracted. `work` is therefore an
-// upper bound of the energy that becomes motion and strain. P already includes the losses by drag.
-// If wind, drag or a load jumps between two steps, each step uses the value of P on its own side of
-// the jump.
+// The error of `work` is at most `doubt` if, within each step, P and the sum of F . (x1 - x0) are
+// monotonic and x moves on straight lines. Heat from internal damping, contact damping and friction
+// is not subtracted. Apart from its error, `work` is therefore an upper bound of the energy that
+// becomes motion and strain. P already includes the losses by drag. If wind, drag or a load jumps
+// between two steps, each step uses the value of P on its own side of the jump.
 //
 // A varying gravity g has no potential. EnergyWatch uses the energy -g . S with the present g,
 // where S = sum m x over the free particles. Corrections make the work of gravity in a step (g0 +
