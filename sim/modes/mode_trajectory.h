@@ -21,7 +21,7 @@ struct ModeTrajectoryOptions {
   std::string path;         // path of the HDF5 file; a missing folder is created
   bool force = false;       // true: an existing file is overwritten
   int frames_per_mode = 1;  // 1: the shape alone; otherwise one period
-  // Series in addition to "mode", which is the number of the mode.
+  // Series in addition to "mode", which is the number of the mode, from 1.
   std::vector<TrajectoryWriter::Series> series;
 };
 
