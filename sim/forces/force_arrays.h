@@ -1,5 +1,5 @@
-// Makers of the forces of a scene. A maker of a single force returns null if the scene does not
-// need the force.
+// Makers of the forces of a scene. A maker of a single force may return null, which means that the
+// scene does not need the force.
 #pragma once
 
 #include <memory>
