@@ -33,7 +33,7 @@ struct PatchBlock {
 struct PyramidParts {
   // Bounds of the steps, which are the differences between adjacent vertices. With them, self
   // traversals skip whole blocks that cannot touch themselves (docs/theory.md, "The tangent
-  // certificate"). Computing them takes more than half of the time of a rebuild.
+  // certificate"). Computing them takes a large part of the time of a rebuild.
   bool tangents = true;
   // Bounding spheres of the blocks. Traversals whose bound is not `box` need them, and so does
   // detail_at_levels().

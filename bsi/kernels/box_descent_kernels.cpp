@@ -200,7 +200,7 @@ WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Wo
 
 // Appends the pairs of children whose bits are set in `near` and returns the end of the list. Bit 4
 // i + j stands for child i of the first block and child j of the second. `pair` holds the two
-// children with number 0. May write up to sixteen pairs.
+// children with index 0. May write up to sixteen pairs.
 WEFT_INLINE Places* append_children(Places pair, unsigned near, Places* to) {
 #if defined(__AVX512DQ__)
   const __m512i all = _mm512_set1_epi64(static_cast<long long>(pair));
