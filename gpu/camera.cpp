@@ -111,9 +111,8 @@ Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect) {
 
 // Derivation: consider a small offset d of a point at distance r from the eye, at the angle a from
 // the camera's axis. In the plane at distance 1, it moves the point's image by at most
-// d / (r cos^2 a), to first order in d / r.
-// A pixel of that plane has the side 2 slope / height. The angle is largest in the picture's
-// corners.
+// d / (r cos^2 a), to first order in d / r. A pixel of that plane has the side 2 slope / height.
+// The angle is largest in the picture's corners.
 bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height, double pixels) {
   assert(pixels >= 0);
   const double slope = std::tan(camera.field_of_view_deg * std::numbers::pi / 360);

@@ -151,8 +151,8 @@ void ComputePyramid::Device::upload(const BodyImage& image) {
   }
 }
 
-// Plans the dispatches from the last levels up. Each dispatch computes up to two levels of a
-// patch; the first dispatch also computes the leaf blocks.
+// Plans the dispatches from the last levels up. Each dispatch computes up to two levels of a patch;
+// the first dispatch also computes the leaf blocks.
 std::vector<ComputePyramid::Device::Stage> ComputePyramid::Device::plan_stages(
     const std::vector<const Body*>& bounded, std::vector<shaders::Task>& tasks) {
   std::vector<Stage> stages;

@@ -88,8 +88,8 @@ class ComputePyramid {
   // benchmarks of the device's part of a rebuild.
   void rebuild_there();
   // Returns the first texel whose position is not finite or reaches bsi::Pyramid::coordinate_limit,
-  // in the first body that has such a texel. Until that body is rebuilt from other
-  // positions, traversals of it may give wrong results. Waits for the device.
+  // in the first body that has such a texel. Until that body is rebuilt from other positions,
+  // traversals of it may give wrong results. Waits for the device.
   std::optional<UnboundedTexel> first_unbounded() const;
 
   int body_count() const;

@@ -301,8 +301,8 @@ std::string bound_boxes() {
 }
 
 std::string bound_spheres(bool rounds_like_the_cpu) {
-  // The relative error of GLSL's roots is at most 2^-20 (4.5 units in the last place).
-  // The relative error of the CPU's roots is at most 2^-24.
+  // The relative error of GLSL's roots is at most 2^-20 (4.5 units in the last place). The relative
+  // error of the CPU's roots is at most 2^-24.
   const float round_up = rounds_like_the_cpu ? bsi::round_up : 1 + 0x1p-19F;
   return std::string("#version 450 core\n") + levels + vertices + tasks + boxes +
          "const float round_up = " + exactly(round_up) +

@@ -53,10 +53,10 @@ struct Tangent {
   float bound[12];
 };
 
-// Returns the shader that bounds blocks by boxes. An invocation bounds one block of the top
-// level of its task and the blocks below it on the lower levels of the task. If the uniform
-// `from_image` is 1, the lowest level consists of leaf blocks, which are bounded from the vertices.
-// If it is 0, the lowest level is already bounded.
+// Returns the shader that bounds blocks by boxes. An invocation bounds one block of the top level
+// of its task and the blocks below it on the lower levels of the task. If the uniform `from_image`
+// is 1, the lowest level consists of leaf blocks, which are bounded from the vertices. If it is 0,
+// the lowest level is already bounded.
 std::string bound_boxes();
 // Returns the shader that bounds blocks by spheres. Their boxes must already be bounded. Without
 // `rounds_like_the_cpu`, radii are slightly larger.

@@ -66,8 +66,8 @@ class ComputeTraversal {
 
   // Runs dual and self traversals of bodies. The span is valid until the next search.
   std::span<const Candidate> find_pairs(std::span<const PairQuery> queries, Leaf leaf);
-  // Runs single traversals of one body, one per ball. Finds all leaves within radius + margin
-  // (m) of the ball's centre, and possibly a few others near it. The span is valid until the next
+  // Runs single traversals of one body, one per ball. Finds all leaves within radius + margin (m)
+  // of the ball's centre, and possibly a few others near it. The span is valid until the next
   // search.
   std::span<const Candidate> find_leaves(int body, std::span<const Ball> balls, double margin,
                                          Leaf leaf);

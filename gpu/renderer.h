@@ -94,8 +94,8 @@ class Renderer {
   // Draws surfaces with smooth normals (area-weighted), two-sided and anti-aliased, on a light
   // background. A key light with soft shadows shines from the upper left. The sky (in the direction
   // `camera.up`) gives most of the other light and is shadowed, too, so that folds and contacts
-  // darken. Shadows reach twice as far from `camera.target` as the picture does. Surfaces
-  // are cut off where their distance from the eye, measured along the camera's axis, is less than a
+  // darken. Shadows reach twice as far from `camera.target` as the picture does. Surfaces are cut
+  // off where their distance from the eye, measured along the camera's axis, is less than a
   // thousandth of the distance from the eye to the target. The same input gives the same bytes.
   // Drawing runs on one thread and takes about 0.5 us per triangle and 0.04 us per pixel that shows
   // a triangle.

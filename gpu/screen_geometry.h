@@ -26,8 +26,8 @@ struct ScreenBox {
 
 struct ScreenTriangle {
   ScreenBox box;
-  // The barycentric coordinates in the picture, one per corner. Each coordinate, multiplied by
-  // the nearness of its corner, is proportional to the barycentric coordinate in space.
+  // The barycentric coordinates in the picture, one per corner. Each coordinate, multiplied by the
+  // nearness of its corner, is proportional to the barycentric coordinate in space.
   std::array<ScreenPlane, 3> shares;
   // A point is inside the triangle if no barycentric coordinate is below -slack. The slack allows
   // for rounding.

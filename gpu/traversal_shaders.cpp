@@ -118,9 +118,9 @@ int step_between(uint a, uint b, uint blocks, bool wraps) {
   return abs(step) <= 1 ? step : 2;
 }
 
-// Returns true if the certificate proves that the two blocks of a pair cannot touch. The result
-// is false unless they are neighbours or one and the same block. For neighbours, the certificate
-// tests the window of up to 2 x 2 blocks that contains both blocks.
+// Returns true if the certificate proves that the two blocks of a pair cannot touch. The result is
+// false unless they are neighbours or one and the same block. For neighbours, the certificate tests
+// the window of up to 2 x 2 blocks that contains both blocks.
 bool cannot_touch(Query query, uvec4 pair) {
   if (query.certificate_margin < 0.0lf || (pair.z & 0xFFFFu) != pair.z >> 16) return false;
   Level level = levels[pair.z >> 16];

@@ -83,10 +83,10 @@ inline Lanes negate_where(Lanes::Mask condition, Lanes a) { return choose(condit
 inline Lanes magnitude(Lanes a) { return negate_where(a < Lanes(0), a); }
 
 // Returns std::atan2(y, x) within 2 units in the last place. Precondition: the sum and the ratio of
-// |x| and |y| neither overflow nor underflow. Zeros count as positive, so two zeros
-// give 0. NaN gives NaN. Symmetries reduce
-// the problem to atan t with |t| <= 0.66. There atan t = t + t^3 P(t^2) / Q(t^2), with a relative
-// error of 1.8e-16 (S. L. Moshier, Cephes, atan.c, 1984).
+// |x| and |y| neither overflow nor underflow. Zeros count as positive, so two zeros give 0. NaN
+// gives NaN. Symmetries reduce the problem to atan t with |t| <= 0.66. There
+// atan t = t + t^3 P(t^2) / Q(t^2), with a relative error of 1.8e-16 (S. L. Moshier, Cephes,
+// atan.c, 1984).
 inline Lanes arc_tangent(Lanes y, Lanes x) {
   constexpr double half_pi = std::numbers::pi / 2, half_pi_rest = 6.123233995736765886e-17;
   const Lanes height = magnitude(y), width = magnitude(x);

@@ -1,5 +1,5 @@
-// Membranes of woven cloth with tabulated curves. Two curves give the tension as a function of
-// the stretch, one along the warp and one along the weft. A third curve gives the shear force as a
+// Membranes of woven cloth with tabulated curves. Two curves give the tension as a function of the
+// stretch, one along the warp and one along the weft. A third curve gives the shear force as a
 // function of the shear.
 #pragma once
 
