@@ -143,8 +143,9 @@ struct Closeness {
 WEFT_INLINE Closeness closeness_of(const DescentQuery& query, const PairList& list) {
   const BoxPatch& patch = query.a->patches[list.a->patch];
   const bool sewn = query.a->texel_to_particle != nullptr;
-  return {!query.self || (!sewn && list.level_a != list.level_b),  // two bodies or unsewn patches
-          sewn, patch.wrap_u != 0 ? (1 << list.a->log_u) - 1 : 1,
+  // Two bodies, and different patches that are not sewn, share no particle.
+  return {!query.self || (!sewn && list.level_a != list.level_b), sewn,
+          patch.wrap_u != 0 ? (1 << list.a->log_u) - 1 : 1,
           patch.wrap_v != 0 ? (1 << list.a->log_v) - 1 : 1};
 }
 

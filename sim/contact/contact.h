@@ -145,8 +145,9 @@ class Contact {
   [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
 
  private:
-  // Positions (m) and velocities (m/s) of all surface points at one time. Empty if the points are
-  // the particles.
+  // Positions (m) and velocities (m/s) of the surface points at one time. Points of obstacles with
+  // poses are valid only after PlacedPoints::place(). Both lists are empty if the points are the
+  // particles. `start_` and `end_` have no velocities.
   struct Points {
     std::vector<Vec3> position, velocity;
   };

@@ -30,8 +30,9 @@ constexpr int patience = 100;
 // Largest residual acceleration at rest (mass-weighted RMS) as a fraction of the applied
 // acceleration: at full stiffness, and with softened bodies.
 constexpr double residual_fraction = 1e-4, softened_fraction = 1e-2;
-// The softest bodies have a membrane stiffness (N/m) of `softest` times their weight per width.
-// Each later stage multiplies the stiffness by `hardening`, up to its full value.
+// In the softest stage, the membrane that is stiffest relative to its weight has a stiffness (N/m)
+// of `softest` times its weight per width. One factor softens all bodies. Each later stage
+// multiplies the factor by `hardening`, up to 1.
 constexpr double softest = 100, hardening = 10;
 // Accuracy of the linear solve for a direction: relative error in the norm of the matrix.
 constexpr VelocitySystem::Goal linear_goal{.error = 1e-2,
