@@ -23,8 +23,7 @@ constexpr double aimed_part = 0.05;
 constexpr double rounding_part = 16 * std::numeric_limits<double>::epsilon();
 
 // The pair of features in the frame of its first point, which rests at the origin. Motion common to
-// all points then costs neither accuracy nor queries. `rounding` (m) bounds the rounding error of a
-// gap.
+// all points then takes no queries. `rounding` (m) bounds the rounding error of a gap.
 struct Motion {
   std::array<Vec3, 4> position;
   std::array<Vec3, 4> displacement;

@@ -6,16 +6,16 @@
 
 namespace weft::bsi {
 
-// Return a fraction t in [0, 1] of the straight paths start -> end. Up to t the distance is certain
-// to stay above `minimum_separation` (m, >= 0). If t = 1, the whole path is proved safe; no unsafe
-// path is ever reported as safe. Points are ordered as in closest_vertex_triangle and
-// closest_edge_edge.
+// Return a fraction t in [0, 1] of the straight paths start -> end. If t > 0, the distance is
+// certain to stay above `minimum_separation` (m, >= 0) up to t. If t = 1, the whole path is proved
+// safe; no unsafe path is ever reported as safe. Points are ordered as in closest_vertex_triangle
+// and closest_edge_edge.
 //
 // The starting gap is the distance at the start minus `minimum_separation`. A path that is not
 // proved safe is cut where at most a tenth of the starting gap is left. The search for a proof
 // stops at a hundredth, so a path that comes nearer may be cut without contact. The result is 0 if
-// a point is not finite. It is also 0 if the starting gap is within the rounding error (1e-14 of
-// the sum of the pair's size and path lengths).
+// a point is not finite. It is also 0 if the starting gap is within the rounding error (about 1e-14
+// of the sum of the pair's size and path lengths).
 //
 // The method is additive CCD (Li, Kaufman, Jiang 2021, "Codimensional Incremental Potential
 // Contact", section 5) with a sharper bound. The distance of two convex hulls is at least the gap

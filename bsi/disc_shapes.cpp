@@ -1,7 +1,7 @@
 // Disc and cone, made of 12 patches. In a single square image, the corners would be flattened to
 // 180 degrees on the rim. With 12 patches, three patches meet at each corner of an inner square, at
-// nearly 120 degrees each. All patches have the same number of vertices, and their cells have
-// similar sizes.
+// angles between 105 and 150 degrees. All patches have the same number of vertices, and their cells
+// have similar sizes.
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -13,7 +13,7 @@ namespace weft::bsi {
 
 namespace {
 
-constexpr double quarter_turn = std::numbers::pi / 4;  // 45 degrees, half the angle of a side
+constexpr double quarter_turn = std::numbers::pi / 4;  // half the angle that a side spans
 
 // Distance of the square's corners from the centre of the unit disc. With this distance and
 // roundness, the smallest angle on fine images is about 31.5 degrees, near the largest possible.

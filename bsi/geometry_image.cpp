@@ -160,7 +160,7 @@ class EdgeBuilder {
   std::vector<int> next_in_chain_;  // edge that follows each edge in its list, or -1
 };
 
-// Makes the first quad that has a particle as a corner the owner of the particle.
+// Assigns each particle to the first quad that has it as a corner.
 void own_vertices(const Atlas& atlas, Mesh& mesh) {
   std::vector<bool> owned(atlas.particle_count(), false);
   mesh.owned_vertices.reserve(atlas.particle_count());

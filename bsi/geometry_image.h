@@ -38,6 +38,7 @@ struct TexelAddress {
 // Immutable.
 class Atlas {
  public:
+  // Makes an atlas without patches, to which another atlas can be assigned.
   Atlas() = default;
   // `texel_to_particle` holds the particle of each texel and uses every index from 0 to its
   // maximum. If it is empty, texel i is particle i. An open axis needs at least 2 vertices, a
@@ -60,8 +61,8 @@ class Atlas {
   int particle_of_texel(int texel) const {
     return texel_to_particle_.empty() ? texel : texel_to_particle_[texel];
   }
-  // Returns the particle at (row, col) of a patch. On a wrapped axis, the index one past the last
-  // stands for 0.
+  // Returns the particle at (row, col) of a patch. On a wrapped axis of n vertices, the indices n
+  // to 2 n - 1 stand for 0 to n - 1.
   int particle(int patch, int row, int col) const {
     const Patch& p = patches_[patch];
     if (row >= p.rows) row -= p.rows;
@@ -85,9 +86,9 @@ class Atlas {
 };
 
 // Returns the two triangles of a quad whose corners are in the order of quad_particles(). The
-// diagonal runs from (r,c+1) to (r+1,c) in every quad, because a uniform diagonal keeps the bending
-// model free of bias. Both triangles are counter-clockwise when seen from the side to which u x v
-// points.
+// diagonal runs from (r,c+1) to (r+1,c) in every quad. On a regular grid with one diagonal, the
+// bending model is exact for constant curvature in any direction. Both triangles are
+// counter-clockwise when seen from the side to which u x v points.
 inline std::array<std::array<int, 3>, 2> quad_triangles(const std::array<int, 4>& corner) {
   return {{{corner[0], corner[1], corner[2]}, {corner[1], corner[3], corner[2]}}};
 }
@@ -96,14 +97,14 @@ inline std::array<std::array<int, 3>, 2> quad_triangles(const std::array<int, 4>
 struct Edge {
   std::array<int, 2> vertex{};          // particles, in the direction of the first triangle
   std::array<int, 2> triangle{-1, -1};  // the second is -1 on the border
-  std::array<int, 2> opposite{-1, -1};  // particle of each triangle off the edge, or -1
+  std::array<int, 2> opposite{-1, -1};  // corner of each triangle off the edge, or -1
 };
 
 // The triangles and edges of an atlas, and the quads that own particles and edges. Corners are
 // particle indices. Triangle t belongs to quad t / 2. Edge triangle_edges[t][e] is opposite corner
 // e of triangle t. The owner of a particle or an edge is the first quad that contains it, and edges
 // are numbered in the order of their owners. A search over pairs of quads that combines only owned
-// particles and edges therefore finds each pair of them once.
+// particles and edges therefore finds no pair of features twice.
 struct Mesh {
   std::vector<std::array<int, 3>> triangles;
   std::vector<std::array<int, 3>> triangle_edges;

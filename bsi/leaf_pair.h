@@ -14,15 +14,15 @@ enum class Leaf {
   triangle,  // triangles 2 q and 2 q + 1 belong to quad q, as in Mesh
 };
 
-// The bounds that a traversal compares above the leaves. Leaves are always compared by their boxes,
-// so the bound does not change the pairs that are found.
+// The bounds of blocks that a traversal compares. Groups, pairs of whole patches and leaves are
+// compared by their boxes alone, so the bound does not change the pairs of leaves that are found.
 enum class Bound {
   sphere,  // the bounds of Davis' bounding sphere image
   box,
   sphere_then_box,  // spheres, then boxes where the spheres meet
 };
 
-// The numbers of two leaves, which are triangles or quads: `a` is a leaf of the first body, `b` of
+// The indices of two leaves, which are triangles or quads: `a` is a leaf of the first body, `b` of
 // the second. In the result of a self traversal a <= b. For a single traversal, `a` is the index of
 // a point.
 struct LeafPair {

@@ -73,8 +73,8 @@ class Ruler {
     return positions_[atlas.particle_of_texel(atlas.first_texel(patch_) + vertex)];
   }
 
-  // Measures a triangle. Returns false, without measuring the rest, at the first point outside the
-  // tolerance.
+  // Measures a triangle. Returns false at the first point that is not within the tolerance, without
+  // measuring further points.
   bool measure(const DetailPatch& patch, const DetailTriangle& triangle);
 
   // Returns the largest distance (m) measured so far within the tolerance.
@@ -154,8 +154,9 @@ bool Ruler::measure(const DetailPatch& patch, const DetailTriangle& triangle) {
   for (int i = 0; i < 3; ++i) {
     const int from = triangle[i].vertex;
     const int to = triangle[(i + 1) % 3].vertex;
-    // Two triangles of the patch share an inner edge and traverse it in opposite directions. Only
-    // the triangle that traverses it from the lower to the higher vertex checks it.
+    // Two triangles of the patch share an edge that ends at the centre of a block, and traverse it
+    // in opposite directions. Only the triangle that traverses it from the lower to the higher
+    // vertex checks it.
     const bool is_inside = patch.is_block(from) || patch.is_block(to);
     if (is_inside && from > to) continue;
     if (!check_edge(corners[i], corners[(i + 1) % 3])) return false;

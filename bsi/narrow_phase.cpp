@@ -153,8 +153,8 @@ class Sieve {
   std::vector<LeafPair> open_, listed_, near_;
 };
 
-// Calls `sift` for each chunk of `size` candidates. Chunks are shared among threads. Appends the
-// hits in the order of the candidates.
+// Calls `sift` for each chunk of up to `size` candidates. Chunks are shared among threads. Appends
+// the hits in the order of the candidates.
 template <class Candidate, class Sift>
 void sift_chunks(const TriangleSet& first, const TriangleSet& second,
                  std::span<const Candidate> candidates, std::size_t size,

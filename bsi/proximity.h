@@ -16,7 +16,8 @@ using FourPoints = std::array<Vec3, 4>;
 // to that of the first. Its square is `squared_distance` (m^2). Weights sum to +1 over the first
 // feature and to -1 over the second.
 //
-// With s = separation, the first derivative of the distance is d|s|/dx_i = weight_i s/|s|.
+// With s = separation, the first derivative of the distance |s| is d|s|/dx_i = weight_i s/|s|. It
+// does not exist at |s| = 0.
 struct Closest {
   double squared_distance = 0;
   Vec3 separation = Vec3::Zero();

@@ -18,8 +18,7 @@ namespace weft::bsi {
 
 namespace {
 
-// Rows are padded to a multiple of this many floats, so that a vector load does not straddle two
-// rows.
+// Rows are padded to a multiple of this number of floats, so that vector stores stay within a row.
 constexpr std::size_t row_alignment = plane_padding;
 
 std::size_t aligned(std::size_t count) {
@@ -419,7 +418,8 @@ TexelAddress Pyramid::first_unbounded() const {
   }
 }
 
-// At the first rebuild, orders the patches by position, so that groups consist of nearby patches.
+// At the first successful rebuild, orders the patches by position, so that groups consist of nearby
+// patches.
 void Pyramid::order_patches() {
   if (is_ordered_) return;
   is_ordered_ = true;

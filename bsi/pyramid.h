@@ -1,5 +1,5 @@
-// The bounding sphere image of a body: a pyramid of boxes and spheres over its geometry image. One
-// pass rebuilds it from the deformed image, and the traversals descend it.
+// The bounding sphere image of a body: a pyramid of boxes and spheres over its geometry image. It
+// is rebuilt from each deformed image, and the traversals descend it.
 #pragma once
 
 #include <array>
@@ -33,7 +33,7 @@ struct PatchBlock {
 struct PyramidParts {
   // Bounds of the steps, which are the differences between adjacent vertices. With them, self
   // traversals skip whole blocks that cannot touch themselves (docs/theory.md, "The tangent
-  // certificate"). Computing them takes more than half of the time of a rebuild.
+  // certificate"). Computing them takes a large part of the time of a rebuild.
   bool tangents = true;
   // Bounding spheres of the blocks. Traversals whose bound is not `box` need them, and so does
   // detail_at_levels().
@@ -47,11 +47,12 @@ struct PyramidParts {
 //
 // A body of several patches has groups above its patches. Group level k has 2^k groups, whose
 // numbers of patches differ by at most one. A group is split along the longest side of the box
-// around its patches' centres. The positions at the first rebuild determine the groups.
+// around its patches' centres. The positions at the first successful rebuild determine the groups.
 //
 // The pyramid holds a box for every block, the vertices in float32, and the parts that PyramidParts
-// selects. A box lies exactly inside its parent's box, because minima and maxima round nothing.
-// Boxes bound the vertices rounded to float32; the traversals widen them by the possible rounding.
+// selects. A box lies inside its parent's box without any allowance, because minima and maxima
+// round nothing. Boxes bound the vertices rounded to float32; the traversals widen them by the
+// possible rounding.
 //
 // The sphere of a block is centred in the block's box and contains the boxes of all leaf blocks
 // below. Spheres therefore never separate leaves whose boxes overlap. The radius is half the
@@ -75,7 +76,7 @@ class Pyramid {
   // Rebuilds all bounds from the positions (m) of the atlas' particles on `threads` threads (0: the
   // default of OpenMP). The result has the same bits for any number of threads. O(quads); allocates
   // nothing after the first call. Returns the first texel whose position is not finite (see
-  // coordinate_limit), if any. The pyramid is then unusable until the next rebuild.
+  // coordinate_limit), if any. The pyramid is then unusable until a rebuild succeeds.
   [[nodiscard]] std::optional<TexelAddress> rebuild(std::span<const Vec3> positions,
                                                     int threads = 0);
   // Rebuilds all bounds for straight paths start -> end (m). Every vertex is bounded at both ends,
@@ -114,7 +115,7 @@ class Pyramid {
   // Returns the largest |coordinate| (m) of the vertices rounded to float32.
   float magnitude() const { return tree_.magnitude; }
   std::size_t bytes() const;
-  // Returns plain pointers to the data of the pyramid, which kernels read.
+  // Returns the plain pointers through which kernels read the pyramid.
   const BoxTree& tree() const { return tree_; }
 
  private:
@@ -136,7 +137,7 @@ class Pyramid {
     std::size_t groups = 0;
     std::size_t tangents = 0;
   };
-  // The parent of a block, and the number of the block among the parent's children.
+  // The parent of a block, and the index of the block among the parent's children.
   struct ChildPlace {
     std::size_t parent = 0;  // index of the parent on its level
     int child = 0;

@@ -39,16 +39,16 @@ struct PlacedTree {
 };
 
 // A pyramid in the frame of a rigid body. In space, a rotated box is enclosed in an axis-aligned
-// box, which is larger in general. A query therefore tests more blocks than in a rebuilt pyramid.
-// The result is the same, because the boxes of the leaves come from placed vertices.
+// box, which is larger in general. A query may therefore test more blocks than in a rebuilt
+// pyramid. The result is the same, because the boxes of the leaves come from placed vertices.
 //
 // Rounding errors grow with the largest coordinate in the frame and with the translation. They are
 // smallest if the body lies around the origin of its frame.
 class RigidPyramid {
  public:
   // `positions` are the particles' positions in the body's frame, m. Throws std::invalid_argument
-  // unless all are finite and below Pyramid::coordinate_limit. The pyramid has no bounds of steps,
-  // because a body that keeps its shape needs no self traversal.
+  // unless all coordinates are finite and below Pyramid::coordinate_limit in magnitude. The pyramid
+  // has no bounds of steps, because a body that keeps its shape needs no self traversal.
   RigidPyramid(const Atlas& atlas, std::vector<Vec3> positions, bool spheres, int threads = 0);
 
   const Pyramid& pyramid() const { return pyramid_; }
@@ -65,8 +65,9 @@ class RigidPyramid {
   double largest_quad_ = 0;  // m, largest distance of two corners of a quad; 0 without spheres
 };
 
-// Returns a box in space that contains the box `own` of the frame at every end of its path. It also
-// contains the box that the kernels compute for `own`. Precondition: `tree` has a placement.
+// Returns a box in space that contains the box `own` of the frame at each end of the path (only at
+// the start if `tree` is not swept). It also contains the box that the kernels compute for `own`.
+// Precondition: `tree` has a placement.
 Box placed_box(const BoxTree& tree, const Box& own);
 
 }  // namespace weft::bsi

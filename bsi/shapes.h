@@ -15,11 +15,11 @@ struct Surface {
 };
 
 // Lengths are in m. All functions throw std::invalid_argument on too few vertices, on a size that
-// is not positive, and on an invalid angle. Particles are numbered in the order of their first
-// texels. All patches of a shape have the same size. Areas and volumes differ from those of the
-// smooth shape by terms of second order in the spacing of the vertices. With `angle_deg` below 360,
-// a shape is the sector that begins at the x axis and runs counter-clockwise. Its u axis is then
-// open.
+// is not positive and finite, and on an invalid angle. Particles are numbered in the order of their
+// first texels. All patches of a shape have the same size. Areas and volumes differ from those of
+// the smooth shape by terms of second order in the spacing of the vertices, except for the cone.
+// With `angle_deg` below 360, a shape is the sector that begins at the x axis and runs
+// counter-clockwise. Its u axis is then open.
 
 // A rectangle in the x-y plane, centred on the origin: u along x, v along y; normal +z.
 Surface make_rectangle(double size_x, double size_y, int rows, int cols);
@@ -71,8 +71,8 @@ Surface make_blob(double radius, int n);
 
 // Cuts a surface of one patch into patch_rows x patch_cols patches of equal size. They are numbered
 // row by row and sewn along the cuts. A closed axis that is cut becomes an open axis of each patch.
-// Throws std::invalid_argument if the surface has several patches or its quads do not divide
-// evenly.
+// Throws std::invalid_argument if the surface has more than one patch, if a number of patches is
+// not positive, or if the quads do not divide evenly.
 Surface cut_into_patches(const Surface& surface, int patch_rows, int patch_cols);
 
 // A surface from the positions (m) of its texels, patch by patch and row by row. Border texels of

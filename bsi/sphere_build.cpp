@@ -1,4 +1,4 @@
-// Builds the spheres of a pyramid from its boxes, from the leaf blocks up.
+// Builds the spheres of a pyramid from its boxes, leaf blocks first.
 #include <omp.h>
 
 #include <algorithm>
@@ -52,8 +52,8 @@ float reach_of_children(const SphereGroup& children, const float (&centre)[3]) {
   return largest * round_up + radius_floor;
 }
 
-// The spheres of this level (or of the last level, if there are fewer) also bound the radii of
-// levels 0 to tight_level - 2. Those radii would otherwise be loose, because each level encloses
+// The spheres of this level, or of the last level if that comes first, also bound the radii of all
+// levels at least two above. Those radii would otherwise be loose, because each level encloses
 // spheres that already exceed their boxes.
 constexpr int tight_level = 5;
 

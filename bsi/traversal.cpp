@@ -141,7 +141,8 @@ void add(TraversalCounters& total, const DescentCounters& part) {
 }
 
 // Replaces each pair of blocks by the pairs of their children whose bounds overlap. Pairs of two
-// leaf blocks, and pairs that `keep` selects, stay. Returns false if no pair was replaced.
+// leaf blocks, and pairs that `keep` selects, stay. Pairs that the certificate excludes are
+// removed. Returns false if all pairs stay.
 template <class Keep>
 bool expand_all(const DescentQuery& query, std::vector<NodePair>& pairs, DescentCounters& counters,
                 const Keep& keep) {
@@ -252,8 +253,7 @@ void traverse(const Pyramid& first, const Pyramid& second, const DescentQuery& q
   const DescentKernels& kernels = descent_kernels();
   collect<BlockSink>(static_cast<int>(starts.size()), 4, threads, blocks, tests,
                      [&](int i, BlockSink& sink, DescentCounters& own) {
-                       // Each thread keeps its workspace, because creating one costs more than
-                       // using it.
+                       // Each thread keeps its workspace, so that it is created only once.
                        thread_local AlignedVector<std::byte> workspace(descent_workspace);
                        kernels.descend(query, starts[i], workspace.data(), sink, own);
                      });
@@ -358,7 +358,7 @@ float sphere_reach(float half, float magnitude_a, float magnitude_b) {
 
 double certificate_margin(double margin, float magnitude) {
   // Rounding the vertices to float32, and then the steps between them, shortens a distance by less
-  // than 2^-20 of the magnitude (docs/theory.md, "The tangent certificate").
+  // than 2^-20 of the magnitude plus 2^-124 m (docs/theory.md, "The tangent certificate").
   return margin + 0x1p-20 * static_cast<double>(magnitude) + 0x1p-124;
 }
 
@@ -386,8 +386,7 @@ void single_traversal(const Pyramid& pyramid, std::span<const Vec3> points, doub
                     [&](int i, PairSink& sink, DescentCounters& own) {
                       const std::size_t first = points.size() * i / batches;
                       const int count = static_cast<int>(points.size() * (i + 1) / batches - first);
-                      // Each thread keeps its workspace, because creating one costs more than using
-                      // it.
+                      // Each thread keeps its workspace, so that it is created only once.
                       thread_local const std::unique_ptr<std::byte, FreeAligned> workspace(
                           CacheLineAllocator<std::byte>().allocate(point_workspace));
                       const PointDescentKernels& kernels = point_descent_kernels();

@@ -19,8 +19,8 @@ struct TraversalOptions {
   Leaf leaf = Leaf::triangle;
   // Bounds other than `box` require the spheres of both pyramids (PyramidParts).
   Bound bound = Bound::box;
-  // In a self traversal, skip blocks that the tangent certificate proves not to touch themselves or
-  // neighbouring blocks.
+  // In a self traversal of a pyramid with PyramidParts::tangents, skip blocks that the tangent
+  // certificate proves not to touch themselves or neighbouring blocks.
   bool certificate = true;
   // Number of threads; 0: the default of OpenMP. With several threads, the calling thread keeps
   // buffers of the size of its largest result.
@@ -28,7 +28,7 @@ struct TraversalOptions {
 };
 
 struct TraversalCounters {
-  std::int64_t bound_tests = 0;        // pairs of spheres or boxes compared
+  std::int64_t bound_tests = 0;        // pairs whose bounds are compared, absent children included
   std::int64_t certificate_tests = 0;  // blocks and rectangles of neighbouring blocks tested
   std::int64_t certified = 0;          // certificate tests that proved the absence of contact
 };
@@ -43,15 +43,16 @@ float half_margin(double margin, float magnitude_a, float magnitude_b);
 // widened bounds. Spheres that are farther apart than the result cannot contain such boxes.
 float sphere_reach(float half, float magnitude_a, float magnitude_b);
 
-// Returns the distance (m) that the tangent certificate must prove. It is the margin plus the
-// largest amount by which rounding can have shortened a distance.
+// Returns the distance (m) that the tangent certificate must prove. It is the margin plus an upper
+// bound of the amount by which rounding can have shortened a distance.
 double certificate_margin(double margin, float magnitude);
 
-// All traversals find the pairs of leaves whose widened boxes overlap or touch. (Self traversals
-// leave out the pairs that the certificate excludes.) The bounds above the leaves do not change
-// this result. The box of a leaf bounds its vertices rounded to float32, at both ends of the path
-// in a swept pyramid. It is widened to low - h and high + h in float32, with h = half_margin(...).
-// Every pair within the margin is therefore found.
+// The traversals of leaves find the pairs of leaves whose widened boxes overlap or touch. Self
+// traversals leave out pairs that the certificate excludes, and pairs of triangles that share a
+// particle. The bounds above the leaves do not change this result. The box of a leaf bounds its
+// vertices rounded to float32, at both ends of the path in a swept pyramid. It is widened to
+// low - h and high + h in float32, with h = half_margin(...). All pairs within the margin that are
+// not left out are therefore found.
 //
 // Preconditions: the pyramids are built (Pyramid::is_built), each plain or swept. Results are
 // appended, without repetition. Their order depends on the pyramids and the options, but not on the
@@ -74,12 +75,12 @@ void dual_traversal(const Pyramid& first, const Pyramid& second, const Traversal
                     std::vector<LeafPair>& pairs, TraversalCounters& counters);
 
 // Finds unordered pairs of leaves of one body. Triangles: a < b, without pairs that share a
-// particle. Quads: a <= b, including neighbours and each quad with itself, because a quad can fold.
+// particle. Quads: a <= b. Unless the certificate excludes them, neighbours are included, and so is
+// each quad with itself, because a quad can fold.
 //
 // The certificate can exclude pairs of leaves within one block or in two neighbouring blocks. It
-// proves that points of the two leaves stay farther apart than the margin along their whole paths,
-// except points on triangles with a common vertex. Features of excluded pairs (vertex and triangle,
-// or two edges) are therefore not within the margin unless they have a common vertex.
+// proves that any two features (vertices, edges or triangles) of these leaves without a common
+// vertex stay farther apart than the margin along their whole paths.
 void self_traversal(const Pyramid& pyramid, const TraversalOptions& options,
                     std::vector<LeafPair>& pairs, TraversalCounters& counters);
 
@@ -99,9 +100,9 @@ void dual_traversal(const Pyramid& first, const RigidPyramid& second,
                     std::vector<LeafPair>& pairs, TraversalCounters& counters);
 
 std::size_t count_pairs(std::span<const LeafBlockPair> blocks);
-// Convert pairs of leaf blocks to pairs of leaf numbers and append these. The first overload takes
+// Convert pairs of leaf blocks to pairs of leaf indices and append these. The first overload takes
 // the result of a dual traversal. The second takes the result of a self traversal and puts the
-// smaller number of a pair first.
+// smaller index of a pair first.
 void append_pairs(const Pyramid& first, const Pyramid& second, Leaf leaf,
                   std::span<const LeafBlockPair> blocks, int threads, std::vector<LeafPair>& pairs);
 void append_pairs(const Pyramid& pyramid, Leaf leaf, std::span<const LeafBlockPair> blocks,
@@ -113,9 +114,10 @@ struct BlockPair {
 };
 
 // Approximate contact: find the pairs of blocks of one level whose widened bounds overlap. A patch
-// without this level takes part with its last level. options.leaf has no effect. A self traversal
-// also pairs each block with itself, and returns each unordered pair once. It leaves out all pairs
-// below a pair of blocks that the certificate excludes.
+// without this level takes part with its last level. Pairs of whole patches are compared by boxes
+// alone. options.leaf has no effect. A self traversal also pairs each block with itself, and
+// returns each unordered pair once. It leaves out all pairs below a pair of blocks that the
+// certificate excludes.
 void dual_traversal_of_blocks(const Pyramid& first, const Pyramid& second, int level,
                               const TraversalOptions& options, std::vector<BlockPair>& pairs,
                               TraversalCounters& counters);

@@ -48,8 +48,8 @@ bool segments_meet(const Point3& p, const Point3& q, const Point3& a, const Poin
   return true;  // all points are on one line, and the boxes overlap
 }
 
-// Returns true if a point on the plane of a triangle is inside the triangle. Returns false if the
-// triangle has no area.
+// Returns true if a point on the plane of a triangle is inside the triangle or on its border.
+// Returns false if the triangle has no area.
 bool is_inside(const Point3& point, const Triangle3& triangle) {
   for (int axis = 0; axis < 3; ++axis) {
     const int whole = projected_orientation(triangle[0], triangle[1], triangle[2], axis);
@@ -217,8 +217,8 @@ struct Border {
 
 // The points that determine the intersection of two triangles if it has no area. There are three
 // kinds: corners of one triangle in the other, crossings of two edges at inner points, and points
-// where an edge pierces the interior of the other triangle. Points of different kinds, or from
-// different edges, never coincide.
+// where an edge pierces the interior of the other triangle. Before rounding, points of different
+// kinds, or from different edges, never coincide.
 class CommonPoints {
  public:
   CommonPoints(const Triangle3& a, const Triangle3& b) {

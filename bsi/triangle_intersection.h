@@ -28,8 +28,8 @@ struct TriangleIntersection {
 // Returns the intersection of two triangles. The kind is exact: `none` if and only if
 // triangles_meet() is false. A touching corner gives a point. Triangles of one mesh that share an
 // edge and are not folded onto each other give an edge. An end that is a corner of a triangle has
-// exactly its coordinates. Other ends are rounded, to within 1e-14 of the size of the pair unless
-// the triangles meet at a grazing angle. Takes about 0.3 us.
+// exactly the coordinates of that corner. Other ends are rounded, to within 1e-14 of the size of
+// the pair unless the triangles meet at a grazing angle. Takes about 0.3 us.
 TriangleIntersection intersect_triangles(const Triangle3& a, const Triangle3& b);
 
 }  // namespace weft::bsi

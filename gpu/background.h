@@ -25,7 +25,8 @@ class Background {
   // x and y (pixels) are counted from the middle of the picture, y downwards.
   float start_, across_, down_;
   float middle_x_, middle_y_, focal_length_;
-  // sRGB colours. Their indices 0 to `steps` stand for sines of the elevation from -1 to 1.
+  // sRGB colours by the sine s of the elevation. The entry for s has the index (1 + s) steps / 2,
+  // rounded down.
   std::array<std::array<std::uint8_t, 3>, steps + 1> colours_;
 };
 

@@ -109,10 +109,10 @@ Camera camera_for_box(const Vec3& lowest, const Vec3& highest, double aspect) {
   return camera_for_points(corners_of_box(lowest, highest), aspect);
 }
 
-// Derivation: consider an offset d of a point at distance r from the eye, at the angle a from the
-// camera's axis. In the plane at distance 1, it moves the point's image by at most d / (r cos^2 a).
-// A pixel of that plane has the side 2 slope / height. The angle is largest in the picture's
-// corners.
+// Derivation: consider a small offset d of a point at distance r from the eye, at the angle a from
+// the camera's axis. In the plane at distance 1, it moves the point's image by at most
+// d / (r cos^2 a), to first order in d / r. A pixel of that plane has the side 2 slope / height.
+// The angle is largest in the picture's corners.
 bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height, double pixels) {
   assert(pixels >= 0);
   const double slope = std::tan(camera.field_of_view_deg * std::numbers::pi / 360);

@@ -10,7 +10,7 @@
 namespace weft::gpu {
 
 // The bounds of a block in the memory layout of the shaders: its box, and the radius of its sphere
-// (m; -1 if it has none).
+// (m; -1 without a sphere).
 struct BlockTexels {
   std::array<float, 3> low{};
   float radius = 0;
@@ -27,11 +27,11 @@ struct ComputePyramid::Device {
     std::vector<std::vector<bsi::BlockLevel>> patches;  // levels of each patch, from the top
     std::vector<std::uint32_t> patch_top;  // by patch: index of its top level in `table`
     // Number of levels of groups. Level k has 2^k groups of patches. Group u of level k has the
-    // number 2^k - 1 + u in the body.
+    // index 2^k - 1 + u among the groups of the body.
     int group_levels = 0;
     std::uint32_t first_group = 0;          // index of the first group in `table`
-    std::size_t first_group_block = 0;      // number of the first group's block in the body
-    std::vector<std::int32_t> patch_order;  // patch numbers, ordered so that each group is a range
+    std::size_t first_group_block = 0;      // index of the first group's block in the body
+    std::vector<std::int32_t> patch_order;  // indices of patches; each group is a range of these
     bool is_ordered = false;
     float magnitude = 0;
     bool swept = false;
@@ -86,7 +86,7 @@ struct ComputePyramid::Device {
   explicit Device(GlContext& gl_context) : context(gl_context) {}
   void upload(const BodyImage& image);
   // Orders the patches of a body by their positions, as bsi::Pyramid does. Does nothing if they are
-  // already ordered or a position is not finite.
+  // already ordered, or if a position is not finite or reaches bsi::Pyramid::coordinate_limit.
   void order_patches(const BodyImage& image);
   void write_groups(Body& body);
   void plan_groups(const std::vector<const Body*>& bounded);

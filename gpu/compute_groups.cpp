@@ -50,8 +50,8 @@ void ComputePyramid::Device::order_patches(const BodyImage& image) {
   write_groups(body);
 }
 
-// Writes the children of a body's groups to the table of levels. They are groups of the next level
-// or, on the last level of groups, the top levels of patches.
+// Writes the children of a body's groups to the table of levels. These children are groups of the
+// next level or, on the last level of groups, the top levels of patches.
 void ComputePyramid::Device::write_groups(Body& body) {
   for (int level = 0; level < body.group_levels; ++level) {
     for (int u = 0; u < 1 << level; ++u) {
@@ -71,7 +71,7 @@ void ComputePyramid::Device::write_groups(Body& body) {
                body.first_group * sizeof(shaders::Level));
 }
 
-// Plans one dispatch per level of groups, from the last level up.
+// Plans one dispatch per level of groups of these bodies, from the last level up.
 void ComputePyramid::Device::plan_groups(const std::vector<const Body*>& bounded) {
   group_stages.clear();
   int deepest = 0;

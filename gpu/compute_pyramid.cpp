@@ -14,8 +14,8 @@ namespace {
 using Vertex = std::array<float, 3>;
 constexpr std::uint32_t all_bounded = 0xFFFFFFFF;
 
-// Returns the levels of a patch from its top down. Its blocks are numbered from `blocks` on, which
-// is advanced past them.
+// Returns the levels of a patch from its top down. Numbers the blocks of the patch from `blocks`
+// on, and advances `blocks` past them.
 std::vector<bsi::BlockLevel> block_levels(const bsi::Patch& image, std::size_t& blocks) {
   const int depth_u = std::max(0, bsi::ceil_log2(image.quad_cols()) - 1);
   const int depth_v = std::max(0, bsi::ceil_log2(image.quad_rows()) - 1);
@@ -151,8 +151,8 @@ void ComputePyramid::Device::upload(const BodyImage& image) {
   }
 }
 
-// Plans the dispatches from the last levels up. Each dispatch computes two levels; the first
-// dispatch also computes the leaf blocks.
+// Plans the dispatches from the last levels up. Each dispatch computes up to two levels of a patch;
+// the first dispatch also computes the leaf blocks.
 std::vector<ComputePyramid::Device::Stage> ComputePyramid::Device::plan_stages(
     const std::vector<const Body*>& bounded, std::vector<shaders::Task>& tasks) {
   std::vector<Stage> stages;

@@ -45,17 +45,21 @@ struct BlockBox {
 // nested blocks. Along each axis the splitting stops at blocks of one or two quads. Block
 // boundaries are bsi::block_boundary(k, quads, log). The last level holds the leaf blocks. No block
 // is empty. These are the blocks of bsi::Pyramid. A body of several patches also has the groups of
-// bsi::Pyramid, ordered by the positions of the patches at the first rebuild.
+// bsi::Pyramid. They are ordered by the positions of the patches at the first rebuild in which all
+// positions are finite and below bsi::Pyramid::coordinate_limit.
 //
-// Every block has a box. On any device its bits equal the minima and maxima of the block's float32
-// vertices. On request, every block of a patch has the sphere of bsi::Pyramid, with two exceptions.
-// Spheres may be larger on the four top levels. They are slightly larger on a device that does not
-// round like the CPU.
+// Every block has a box: the exact minima and maxima of the block's float32 vertices. The only
+// exception is that a device may flush denormal numbers to zero. On request, every block of a patch
+// has the sphere of bsi::Pyramid, with two exceptions. Spheres may be larger on the four top
+// levels. They are slightly larger on a device that does not round like the CPU.
 //
-// Memory on the device: 24 bytes per particle (both ends of its path) and 32 bytes per block. A
-// patch has about one block per three quads. It has up to four blocks per three quads if both axes
-// have one more quad than a power of two. A body has fewer than two groups per patch. Tangent
-// bounds take 48 bytes per block that is not a leaf block (about a quarter of the blocks).
+// Memory on the device: 24 bytes per particle (both ends of its path) and 32 bytes per block. The
+// table takes 64 bytes per level of a patch and per group. The map takes 4 bytes per texel of a
+// body whose texels are not its particles. A square patch has about one to four blocks per three
+// quads: four if both axes have one more quad than a power of two. A strip of quads has up to two
+// blocks per quad. A body has fewer than two groups per patch. Tangent bounds take 48 bytes per
+// block of a patch that is not a leaf block: a quarter of the blocks of a square patch, half those
+// of a strip.
 //
 // The constructor, the rebuilds and the functions that wait for the device make the context current
 // on the calling thread. They throw std::runtime_error with the reason if that fails. The
@@ -75,16 +79,17 @@ class ComputePyramid {
   ComputePyramid(const ComputePyramid&) = delete;
   ComputePyramid& operator=(const ComputePyramid&) = delete;
 
-  // Uploads the positions of these bodies and bounds the bodies; others keep their bounds. Makes
-  // one dispatch per two levels and one per level of groups, for any number of bodies. Tangents and
-  // spheres take one more dispatch each per two levels. Returns without waiting for the device.
+  // Uploads the positions of these bodies and bounds the bodies. Other bodies keep their bounds.
+  // Makes about one dispatch per two levels of the deepest patch and one per level of groups, for
+  // any number of bodies. Tangents and spheres each take another dispatch per two levels. Returns
+  // without waiting for the device.
   void rebuild(std::span<const BodyImage> images);
   // Bounds the bodies of the last rebuild() again, from the positions already on the device. For
   // benchmarks of the device's part of a rebuild.
   void rebuild_there();
   // Returns the first texel whose position is not finite or reaches bsi::Pyramid::coordinate_limit,
-  // in the first body that has such a texel. Until that body is rebuilt, traversals of it give
-  // wrong results. Waits for the device.
+  // in the first body that has such a texel. Until that body is rebuilt from other positions,
+  // traversals of it may give wrong results. Waits for the device.
   std::optional<UnboundedTexel> first_unbounded() const;
 
   int body_count() const;
@@ -97,13 +102,14 @@ class ComputePyramid {
   std::span<const std::int32_t> patches_of_group(int body, int level, int u) const;
   // Returns the index of a group's box in read_boxes().
   std::size_t group_block(int body, int level, int u) const;
-  // Largest |coordinate| of the float32 vertices at the last rebuild, m.
+  // Returns the largest |coordinate| (m) of a body's float32 vertices at its last rebuild.
   float magnitude(int body) const;
   bool is_swept(int body) const;
   bool has_tangents(int body) const;
   bool has_spheres(int body) const;
   // For tests: return the box or the sphere of every block of a body. The blocks of groups come
-  // last. A block without a sphere, such as a group, has the radius -1. Both wait for the device.
+  // last. A block without a sphere, such as a group, has the radius -1. Both functions wait for the
+  // device.
   std::vector<BlockBox> read_boxes(int body) const;
   std::vector<bsi::Sphere> read_spheres(int body) const;
 

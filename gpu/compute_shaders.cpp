@@ -90,7 +90,7 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 3) readonly buffer Tasks { uvec4 tasks[]; };
 uniform uint first_task, task_count, from_image;
 
-// Returns the task of this work group: the last task whose first work group is not a later one.
+// Returns the task of this work group: the last task that begins at this work group or before it.
 uvec4 find_task() {
   uint low = 0u, high = task_count;
   while (high - low > 1u) {
@@ -258,8 +258,8 @@ void main() {
   uint index = (gl_WorkGroupID.x - task.x) * 64u + gl_LocalInvocationID.x;
   if (index >= 1u << (top.log_u + top.log_v)) return;
   uint u = index & ((1u << top.log_u) - 1u), v = index >> top.log_u;
-  // mu and mv are 1 if u or v is split between `top` and `middle`, else 0. lu and lv are the same
-  // for `middle` and `lowest`. mu and lu also mask a child's index.
+  // mu is 1 if `middle` splits the blocks of `top` along u, else 0. mv is the same along v. lu and
+  // lv are the same for `lowest` and `middle`. mu and lu also mask a child's index.
   uint mu = middle.log_u - top.log_u, mv = middle.log_v - top.log_v;
   uint lu = lowest.log_u - middle.log_u, lv = lowest.log_v - middle.log_v;
   uint whole_block = top.FIRST + index;
@@ -301,8 +301,8 @@ std::string bound_boxes() {
 }
 
 std::string bound_spheres(bool rounds_like_the_cpu) {
-  // The relative error of GLSL's roots is at most 2^-20 (4.5 units in the last place). That of the
-  // CPU's roots is 2^-24.
+  // The relative error of GLSL's roots is at most 2^-20 (4.5 units in the last place). The relative
+  // error of the CPU's roots is at most 2^-24.
   const float round_up = rounds_like_the_cpu ? bsi::round_up : 1 + 0x1p-19F;
   return std::string("#version 450 core\n") + levels + vertices + tasks + boxes +
          "const float round_up = " + exactly(round_up) +

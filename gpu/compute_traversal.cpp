@@ -55,7 +55,7 @@ struct ComputeTraversal::Implementation {
   std::array<GlBuffer, 2> pairs{GlBuffer(gl), GlBuffer(gl)};
   ComputeProgram expand_pairs{gl, shaders::expand_pairs(bound, device.rounds_like_the_cpu)};
   ComputeProgram find_leaves{gl, shaders::find_leaves()};
-  // Capacities, in items: of each buffer of `pairs`, of `leaf_pairs`, and of `results`.
+  // Numbers of items for which each buffer of `pairs`, `leaf_pairs`, and `results` have memory.
   std::size_t pair_capacity = 0, leaf_capacity = 0, result_capacity = 0;
   int reruns = 0;
   std::size_t pairs_followed = 0;
@@ -129,8 +129,8 @@ void ComputeTraversal::Implementation::add_balls(int body, std::span<const Ball>
 
 void ComputeTraversal::Implementation::reserve(std::size_t pair_count, std::size_t leaf_count,
                                                std::size_t result_count) {
-  // A list grows to one and a half times the needed size if the device allows it. It tends to grow
-  // again.
+  // A list that outgrows its memory tends to grow again. It therefore gets one and a half times the
+  // needed size, or as much of this as the device allows.
   const std::size_t limit = buffer_limit(gl);
   const auto grow = [limit](std::size_t& capacity, std::size_t needed, std::size_t item) {
     if (needed > capacity) capacity = std::max(needed, std::min(needed + needed / 2, limit / item));

@@ -44,11 +44,13 @@ struct Candidate {
 };
 
 // Traversals on the device. The candidates are those of bsi/traversal.h that pass the query's
-// filter, in any order.
+// filter, in any order. A device that does not round like the CPU may also find pairs that only the
+// CPU's tangent certificate excludes.
 //
-// A search makes one dispatch per level of the deepest pyramid, and one for the leaves. Only the
-// lengths of the lists and the candidates are copied to the host. If a list outgrows its memory,
-// the list is enlarged and the search repeated, so nothing is lost. Memory is kept between calls.
+// A search makes one dispatch for the leaves, and one per level of the queried bodies: the most
+// levels of groups plus the most levels of a patch. Only the lengths of the lists and the
+// candidates are copied to the host. If a list outgrows its memory, the list is enlarged and the
+// search repeated, so that no candidate is lost. Memory is kept between calls.
 //
 // The constructor and the searches make the context current on the calling thread. They throw
 // std::runtime_error with the reason if OpenGL fails, has no memory, or limits a buffer to less
@@ -64,8 +66,9 @@ class ComputeTraversal {
 
   // Runs dual and self traversals of bodies. The span is valid until the next search.
   std::span<const Candidate> find_pairs(std::span<const PairQuery> queries, Leaf leaf);
-  // Runs single traversals of one body, one per ball. Finds the leaves within radius + margin (m)
-  // of the ball's centre. The span is valid until the next search.
+  // Runs single traversals of one body, one per ball. Finds all leaves within radius + margin (m)
+  // of the ball's centre, and possibly a few others near it. The span is valid until the next
+  // search.
   std::span<const Candidate> find_leaves(int body, std::span<const Ball> balls, double margin,
                                          Leaf leaf);
   // Returns the number of pairs of blocks, including blocks of groups, in the lists of the latest

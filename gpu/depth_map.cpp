@@ -10,7 +10,9 @@ namespace {
 
 using Eigen::Vector3f;
 
-// Width of the map's border in texels. The border stays empty, so any position outside is lit.
+// Width of the map's border in texels. The border stays empty, so a position beyond it is lit.
+// softly_lit() makes an exception: beyond the last column or row, it includes one drawn column or
+// row, so a position there may be lit by two thirds only.
 constexpr int border = 3;
 
 }  // namespace

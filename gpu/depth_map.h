@@ -18,7 +18,8 @@ class DepthMap {
 
   // Draws the triangles as seen from a distant light in `direction` (unit, towards the light). The
   // map covers a square of half side `reach` (m) around the origin, perpendicular to the light.
-  // Points outside this square are lit. O(triangles + texels covered).
+  // Points outside this square are lit, but shadows at its sides may continue outside, weakened.
+  // O(triangles + texels covered).
   void draw(const TriangleBatch& batch, const Vec3& direction, const Vec3& up, double reach);
 
   // Side of a texel, m.

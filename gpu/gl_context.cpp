@@ -16,8 +16,9 @@ namespace {
 
 std::atomic<int> contexts_made{0};
 
-// The backend that this process used last, if any. A failed search by EGL counts as a use. The
-// process may only use backends of the same library (EGL or OSMesa).
+// The backend that this process used last, if any. If the first use is a search by EGL that fails,
+// it counts as a use of egl_software. The process may only use backends of the same library (EGL or
+// OSMesa).
 std::mutex process_mutex;
 std::optional<GlBackend> process_backend;
 

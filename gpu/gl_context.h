@@ -25,10 +25,10 @@ GlBackend software_backend();
 // Returns true if /dev shows a device that may be a graphics processor. Loads no library.
 bool may_have_graphics_processor();
 
-// An OpenGL context. Its libraries are loaded when the first context is made, so a run without
-// OpenGL neither pays for them nor fails if they are missing. A process that uses both EGL and
-// OSMesa aborts at exit (Mesa 22.3). The process therefore keeps the library that it uses first.
-// Making a context of the other library throws std::runtime_error.
+// An OpenGL context. Its libraries are loaded by software_backend() or when the first context is
+// made, so a run without OpenGL neither pays for them nor fails if they are missing. A process that
+// uses both EGL and OSMesa aborts at exit (Mesa 22.3). The process therefore keeps the library that
+// it uses first. Making a context of the other library throws std::runtime_error.
 class GlContext {
  public:
   // Makes the context current on the calling thread. Throws std::runtime_error with the reason if
@@ -56,7 +56,8 @@ class GlContext {
   std::unique_ptr<GlPlatform> platform_;
 };
 
-// Returns the number of contexts made so far in this process; 0 proves that OpenGL was not used.
+// Returns the number of GlContext objects made so far in this process. Failed constructions do not
+// count.
 int context_count();
 
 }  // namespace weft::gpu

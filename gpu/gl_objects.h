@@ -16,8 +16,8 @@ namespace weft::gpu {
 GLuint link_program(const GlFunctions& gl,
                     std::span<const std::pair<GLenum, std::string>> stages_and_sources);
 
-// Throws std::runtime_error if an OpenGL error has occurred since the last call. The message names
-// `task` and the error.
+// Throws std::runtime_error if OpenGL has recorded an error that was not yet reported. The message
+// names `task` and the error.
 void check_gl(const GlFunctions& gl, const char* task);
 
 // Returns the largest size, in bytes, of a buffer that a shader can access.
@@ -71,7 +71,8 @@ class ComputeProgram {
   ComputeProgram(const ComputeProgram&) = delete;
   ComputeProgram& operator=(const ComputeProgram&) = delete;
 
-  // Compiles the shader if needed and uses it. Throws std::runtime_error with the compiler's log.
+  // Compiles the shader if needed and uses it. Throws std::runtime_error with the compiler's or
+  // linker's log.
   void use();
   // Sets a uniform. Precondition: the program is in use.
   void set(const char* uniform, GLuint value) const {

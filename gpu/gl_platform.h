@@ -30,8 +30,8 @@ std::unique_ptr<GlPlatform> make_egl_platform(bool hardware);
 // the contexts.
 class LoadedLibrary {
  public:
-  // Loads the first library in `names` that can be loaded. If none can, throws std::runtime_error
-  // with `subject` and `package` in its message.
+  // Loads the first library in `names` that can be loaded. If no library can be loaded, throws
+  // std::runtime_error with `subject` and `package` in its message.
   LoadedLibrary(std::string subject, std::initializer_list<const char*> names, const char* package);
 
   template <typename Function>

@@ -37,8 +37,8 @@ Axis measure(const bsi::Atlas& atlas, int number, Direction direction,
 }
 
 // Returns the side of a cell (m): a whole number of edges of the longest axis. It is the smallest
-// that gives at most most_cells cells or, preferably, a slightly larger number that divides the
-// axis's number of quads.
+// number that gives at most most_cells cells or, preferably, a slightly larger number that divides
+// the number of quads along the axis.
 double cell_size(const Axis& longest) {
   const double wanted = std::max(1.0, static_cast<double>(longest.quads) / most_cells);
   int step = static_cast<int>(std::ceil(wanted));
@@ -50,8 +50,8 @@ double cell_size(const Axis& longest) {
   return step * longest.edge;
 }
 
-// Returns the numbers of the rows (or columns) that get a line. Lines are one cell apart. The last
-// row of an axis that does not wrap always gets a line.
+// Returns the indices of the rows (or columns) that get a line. Lines are one cell apart, rounded
+// to whole quads. The last row of an axis that does not wrap also gets a line.
 std::vector<int> lined_places(const Axis& axis, int count, double cell) {
   const int step = axis.edge > 0 ? std::max(1, static_cast<int>(std::lround(cell / axis.edge)))
                                  : std::max(1, axis.quads);

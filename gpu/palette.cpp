@@ -1,4 +1,4 @@
-// The colours of bodies, obstacles and spheres that touch.
+// The colours of bodies, of obstacles, and of spheres that touch each other.
 #include <cassert>
 #include <cstdint>
 

@@ -10,7 +10,7 @@
 namespace weft::gpu {
 namespace {
 
-// Lists, for each band of rows, the numbers of the triangles or lines that may touch it.
+// Lists, for each band of rows, the indices of the triangles or lines that may touch the band.
 std::vector<std::vector<std::uint32_t>> by_band(const auto& drawn, int height) {
   std::vector<std::vector<std::uint32_t>> bands((height + SampleBand::rows - 1) / SampleBand::rows);
   for (std::uint32_t number = 0; number < drawn.size(); ++number) {
@@ -49,7 +49,7 @@ class RowPainter {
   LitPoints points_;
   std::array<int, LitPoints::capacity> columns_;  // column of the pixel, by point
   std::array<int, LitPoints::capacity> samples_;  // number of samples, by point
-  std::vector<int> seen_;                         // by column: samples that see a surface
+  std::vector<int> seen_;                         // number of samples that see a surface, by column
   std::vector<int> sums_;  // by column and channel: sum of sRGB values over the samples in seen_
 };
 

@@ -19,7 +19,8 @@ namespace {
 
 constexpr int key_shadow_size = 1024;
 
-// Surfaces nearer to the eye than this fraction of the distance from eye to target are cut off.
+// Surfaces are cut off where their distance from the eye, measured along the camera's axis, is less
+// than this fraction of the distance from the eye to the target.
 constexpr double nearest_share = 1e-3;
 
 }  // namespace

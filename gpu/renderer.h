@@ -78,8 +78,8 @@ bsi::DetailTolerance pixel_tolerance(const Camera& camera, int width, int height
 
 // Returns lines for DrawnSurface: the borders of each patch, and rows and columns that split it
 // into cells. Cells are as square as whole numbers of quads allow, measured in metres at
-// `positions` (by particle, finite). There are at most 12 cells along the longest axis of all
-// patches. O(particles).
+// `positions` (by particle, finite). The last cell of an axis may be narrower. There are at most 12
+// cells along the longest axis of all patches. O(particles).
 std::vector<std::array<int, 2>> grid_lines(const bsi::Atlas& atlas,
                                            std::span<const Vec3> positions);
 
@@ -94,10 +94,11 @@ class Renderer {
   // Draws surfaces with smooth normals (area-weighted), two-sided and anti-aliased, on a light
   // background. A key light with soft shadows shines from the upper left. The sky (in the direction
   // `camera.up`) gives most of the other light and is shadowed, too, so that folds and contacts
-  // darken. Shadows reach twice as far from `camera.target` as the picture does. Surfaces
-  // nearer to the eye than a thousandth of the distance from the eye to the target are cut off. The
-  // same input gives the same bytes. Drawing runs on one thread and takes about 0.5 us per triangle
-  // and 0.04 us per pixel that shows a triangle.
+  // darken. Shadows reach twice as far from `camera.target` as the picture does. Surfaces are cut
+  // off where their distance from the eye, measured along the camera's axis, is less than a
+  // thousandth of the distance from the eye to the target. The same input gives the same bytes.
+  // Drawing runs on one thread and takes about 0.5 us per triangle and 0.04 us per pixel that shows
+  // a triangle.
   Picture draw(std::span<const DrawnSurface> surfaces, const Camera& camera);
 
  private:
@@ -108,7 +109,7 @@ class Renderer {
 // Writes a PNG file of 8-bit sRGB. Throws std::runtime_error, which names the file, if writing
 // fails.
 void write_png(const std::string& path, const Picture& picture);
-// Returns true if write_png() made the PNG file at `path`. It signs files with a text chunk,
+// Returns true if the PNG file at `path` has the text chunk with which write_png() signs its files,
 // Software = "Weft". Reads no further than the first pixels. Returns false if the file cannot be
 // read.
 bool is_own_png(const std::string& path);

@@ -9,7 +9,9 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double longest_edge = 16;  // pixels; longer edges of triangles are cut
+// Length (pixels) beyond which an edge of a triangle is cut, if neither end is nearer to the eye
+// than Perspective::nearest.
+constexpr double longest_edge = 16;
 // Lines are moved towards the eye by this length, measured in pixels at their depth. Otherwise
 // their own surface would hide them. (To push the surface back in proportion to its slope would
 // reveal lines 2 mm behind a fold that is seen edge-on.)
@@ -50,7 +52,8 @@ class Projection {
   // Returns the length (m) of an edge if the edge must be cut, else 0.
   double length_to_cut(std::uint32_t from, std::uint32_t to) const;
   std::uint32_t middle(std::uint32_t from, std::uint32_t to);
-  // Returns the pixels of the picture between the corners `low` and `high`; an empty box if none.
+  // Returns the pixels of the picture between the corners `low` and `high`; an empty box if it
+  // shows no such pixel.
   ScreenBox box_around(const Vector2d& low, const Vector2d& high) const;
   void set_up(const BatchTriangle& triangle);
   float line_darkness(std::uint32_t vertex) const;

@@ -26,7 +26,7 @@ struct ScreenBox {
 
 struct ScreenTriangle {
   ScreenBox box;
-  // The barycentric coordinates in the picture, one per corner. Each one, multiplied by the
+  // The barycentric coordinates in the picture, one per corner. Each coordinate, multiplied by the
   // nearness of its corner, is proportional to the barycentric coordinate in space.
   std::array<ScreenPlane, 3> shares;
   // A point is inside the triangle if no barycentric coordinate is below -slack. The slack allows
@@ -56,7 +56,7 @@ struct ScreenGeometry {
   std::vector<ScreenLine> lines;
 
   // Replaces the contents by the part of the batch that the picture shows. Triangles that are large
-  // in the picture are cut into smaller ones, because the light of the sky is computed only at
+  // in the picture are cut into smaller triangles, because the light of the sky is computed only at
   // corners. The new vertices are appended to the batch. O(vertices + triangles + pixels / 100).
   void project(const Perspective& perspective, TriangleBatch& batch);
 };

@@ -14,7 +14,7 @@ double sky_reach(const TriangleBatch& batch, double reach);
 // shadows of the batch's triangles. The upper side of a horizontal surface without shadows receives
 // the value 1. The light varies slowly along a surface, so it is computed at vertices and
 // interpolated. Each light casts shadows within a square of half side `reach` (m) around the
-// origin. `up` is a unit vector. O(lights * (triangles + vertices)).
+// origin. `up` is a unit vector. O(lights * (triangles + vertices + texels covered)).
 void add_sky_light(const Vec3& up, double reach, TriangleBatch& batch);
 
 }  // namespace weft::gpu

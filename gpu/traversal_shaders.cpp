@@ -33,7 +33,8 @@ bool overlap(Box a, Box b, float half_margin) {
 }
 
 // Lists to which shaders append. x is the number of work groups that the next reader of the list
-// needs, w is the number of items appended. Items beyond the capacity are counted but not stored.
+// needs, at most group_limit. w is the number of items appended. Items beyond the capacity are
+// counted but not stored.
 layout(std430, binding = 5) buffer Lists { uvec4 lists[]; };
 uniform uint group_limit;
 // Reserves indices for `added` items, each read by `readers` invocations. Returns the first index.
@@ -117,9 +118,9 @@ int step_between(uint a, uint b, uint blocks, bool wraps) {
   return abs(step) <= 1 ? step : 2;
 }
 
-// Returns true if the certificate proves that the two blocks of a pair cannot touch. They must be
-// one and the same block, or neighbours. For neighbours, the certificate tests the window of up to
-// 2 x 2 blocks that contains both.
+// Returns true if the certificate proves that the two blocks of a pair cannot touch. The result is
+// false unless they are neighbours or one and the same block. For neighbours, the certificate tests
+// the window of up to 2 x 2 blocks that contains both blocks.
 bool cannot_touch(Query query, uvec4 pair) {
   if (query.certificate_margin < 0.0lf || (pair.z & 0xFFFFu) != pair.z >> 16) return false;
   Level level = levels[pair.z >> 16];
@@ -174,8 +175,8 @@ void expand(uvec4 pair) {
     uint bit = uint(findLSB(near));
     uint level_a = level_of(a, bit >> 2), level_b = level_of(b, bit & 3u);
     uvec4 next = uvec4(child(a, bit >> 2), child(b, bit & 3u), level_a | level_b << 16, pair.w);
-    // Within one body, `a` must be the block of the lower patch. Groups contain patches in any
-    // order.
+    // Groups contain patches in any order. Within one body, `a` must nevertheless be the block
+    // whose level has the lower index.
     if (grouped && is_self(query) && level_a > level_b) {
       next = uvec4(next.y, next.x, level_b | level_a << 16, pair.w);
     }
@@ -195,7 +196,8 @@ void main() {
 }
 )";
 
-// This shader runs four invocations per pair of leaf blocks: one per quad of the first block.
+// This shader runs four invocations per pair of leaf blocks: one per quad that the first block can
+// have. In the query of a ball, three of them return at once.
 const char* const leaves_main = R"(
 layout(std430, binding = 6) readonly buffer LeafPairs { uvec4 leaf_pairs[]; };
 layout(std430, binding = 7) writeonly buffer Results { uint results[]; };
@@ -257,7 +259,8 @@ float greatest(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
 // Returns true if a plane proves that, at the ends of their paths, the quads are farther apart than
 // filter_reach plus twice the longest path of their corners (docs/theory.md, "The distance
 // filter"). The normal of the plane is that of either quad, or the line between their centres. A
-// normal of at most shortest_normal proves nothing, because its squares may be flushed to zero.
+// normal whose length is at most shortest_normal proves nothing, because its squares may be flushed
+// to zero.
 bool are_apart(Query query, uvec4 corner_a, uvec4 corner_b) {
   if (query.filter_reach < 0.0) return false;
   bool swept_a = (query.flags & 4u) != 0u, swept_b = (query.flags & 8u) != 0u;

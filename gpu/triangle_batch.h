@@ -11,12 +11,13 @@
 
 namespace weft::gpu {
 
-// A vertex. Its values are one vector, because they are interpolated together.
+// A vertex. Its values are one vector, because they are interpolated together. The normal is a unit
+// vector, or zero if undefined. At a vertex that ScreenGeometry::project() adds, it may be shorter.
 struct BatchVertex {
   Eigen::Array<float, 8, 1> values;
 
-  auto position() const { return values.head<3>(); }    // m, relative to the batch's origin
-  auto normal() const { return values.segment<3>(3); }  // unit vector, or zero if undefined
+  auto position() const { return values.head<3>(); }  // m, relative to the batch's origin
+  auto normal() const { return values.segment<3>(3); }
   // The sky's light on the side to which the normal points, and on the other side
   // (gpu/sky_light.h).
   float& front_sky() { return values[6]; }
@@ -30,7 +31,8 @@ struct BatchTriangle {
 
 struct TriangleBatch {
   std::vector<BatchVertex> vertices;
-  std::vector<float> places;  // DrawnSurface::places by vertex; empty if no surface has a map
+  // DrawnSurface::places by vertex; 0 on surfaces without a map. Empty if no surface has a map.
+  std::vector<float> places;
   std::vector<BatchTriangle> triangles;
   std::vector<std::array<std::uint32_t, 2>> lines;
 
@@ -43,7 +45,7 @@ struct TriangleBatch {
 // triangles, or zero if that sum is zero.
 std::vector<Vec3> vertex_normals(const DrawnSurface& surface);
 // Returns the normals of the original surface at the vertices of a surface of reduced detail. With
-// these, the reduced surface is lit like the original. O(triangles of the original).
+// these normals, the reduced surface is lit like the original. O(triangles of the original).
 std::vector<Vec3> detail_normals(const bsi::DetailSurface& detail, const DrawnSurface& original);
 
 }  // namespace weft::gpu

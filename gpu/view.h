@@ -23,7 +23,7 @@ struct Perspective {
   Vec3 eye;             // m
   int width, height;    // pixels
   double focal_length;  // pixels
-  double nearest;       // m; surfaces nearer to the eye than this are cut off
+  double nearest;       // m; smallest distance from the eye, along the camera's axis, that is drawn
 
   // Returns the coordinates of a point relative to the eye: right, up and forward, m.
   Vec3 seen(const Vec3& position) const {

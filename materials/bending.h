@@ -14,11 +14,12 @@
 // -theta_i / 2 m_i. The linear function that is 1 at the middle of edge i and 0 at the middles of
 // the other edges has the gradient 2 m_i / h_i.
 //
-// Accuracy: the mean slope at the middle of an edge is exact if the two triangles of the edge form
-// a parallelogram. Grids whose diagonals are all parallel and equilateral meshes have only such
-// inner edges. On these meshes, kappa is exact for every quadratic deflection, and so is W. On
-// other meshes W can be too large: by a factor of up to 1.5 on a square grid with alternating
-// diagonals, or with both diagonals in each cell.
+// Accuracy: for a quadratic deflection, the mean slope at the middle of an edge is exact if the two
+// triangles of the edge form a parallelogram. Equilateral meshes, and uniform grids whose diagonals
+// are all parallel, have only such inner edges. In triangles of these meshes without border edges,
+// kappa and W are exact for every quadratic deflection. On other meshes W can be too large: by a
+// factor of up to 1.5 on a square grid with alternating diagonals, or with both diagonals in each
+// cell.
 //
 // A border edge has no angle. Its t_i takes the value that minimises W, so the edge transmits no
 // moment. This eliminates t_i from W and condenses C.

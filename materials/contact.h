@@ -1,5 +1,5 @@
 // The contact barrier, its damping, regularised friction and the edge-edge mollifier, as scalar
-// functions with their derivatives. All are inline for speed.
+// functions with their derivatives. All functions are inline for speed.
 #pragma once
 
 #include <cassert>
@@ -35,11 +35,11 @@ inline BarrierDerivatives barrier(double gap, double range, double stiffness) {
 // force of the barrier alone, g' the rate of the gap (m/s) and z = D g' / P, with
 //   D = damping_time W'' x / (x + 1/100),  x = 1 - gap / range,
 //   psi(z) = 1 - z for z <= 0,  (1 - z)^2 (1 + z) for 0 < z < 1,  0 for z >= 1.
-// Approaching surfaces repel each other with the force P - D g'. Separating surfaces repel each
-// other with less than P. From the rate P / D on, there is no force. F is C1 in the gap and in the
-// rate, also at g = range. D is nearly damping_time W'' except for gaps near the range, where it
-// vanishes as fast as P. Only psi dissipates energy: P is conservative (docs/theory.md, section 7).
-// `barrier` is the result of barrier() at `gap`.
+// Approaching surfaces repel each other with the force P - D g'. If D > 0, separating surfaces
+// repel each other with less than P, and from the rate P / D on with no force. F is C1 in the gap
+// and in the rate, also at g = range. D is nearly damping_time W'' except for gaps near the range,
+// where it vanishes as fast as P. Only psi dissipates energy: P is conservative (docs/theory.md,
+// section 7). `barrier` is the result of barrier() at `gap`.
 struct DampedPush {
   double force = 0;      // N
   double stiffness = 0;  // -dF/dg, N/m

@@ -1,8 +1,8 @@
 // Bending of cloth whose stiffness depends on the direction and on the curvature. The moduli D act
 // on (kappa_11, kappa_22, 2 kappa_12) in the axes of warp and weft. They depend on K = |kappa| =
-// sqrt(kappa : kappa). A table gives D at some values of K. D is linear between two of them and
-// constant beyond the last. The energy per rest area is the work of the moments D(K) kappa on the
-// straight path to kappa:
+// sqrt(kappa : kappa). A table gives D at some values of K. D is linear between two of these values
+// and constant beyond the largest value. The energy per rest area is the work of the moments D(K)
+// kappa on the straight path to kappa:
 //   w = int_0^1 kappa : D(t K) t kappa dt = 1/2 kappa : D_mean(K) : kappa,
 //   D_mean(K) = 2 / K^2 int_0^K D(k) k dk.
 // If the cloth is bent to a cylinder, K is the cylinder's curvature, and the moment is B(K) K. B is

@@ -56,9 +56,9 @@ Real hinge_angle(const HingeVectorsOf<Real>& h) {
 }
 inline double hinge_angle(const Nodes4& x) { return hinge_angle(hinge_vectors(x)); }
 
-// Returns d angle / d x_i as columns, 1/m. If a triangle has no area, all are zero. The gradient at
-// an opposite node lies along the normal of its triangle, with the length 1 / height of the node.
-// The gradients at the ends of the edge balance these two in force and moment.
+// Returns d angle / d x_i as columns, 1/m. If a triangle has no area, all derivatives are zero. The
+// gradient at an opposite node lies along the normal of its triangle, with the length 1 / height of
+// the node. The gradients at the ends of the edge balance these two in force and moment.
 template <class Real>
 NodesOf<Real, 4> hinge_gradient(const HingeVectorsOf<Real>& h) {
   const auto over = [&](const Real& numerator, const Real& denominator) {

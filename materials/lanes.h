@@ -83,9 +83,10 @@ inline Lanes negate_where(Lanes::Mask condition, Lanes a) { return choose(condit
 inline Lanes magnitude(Lanes a) { return negate_where(a < Lanes(0), a); }
 
 // Returns std::atan2(y, x) within 2 units in the last place. Precondition: the sum and the ratio of
-// |x| and |y| neither overflow nor underflow. Two zeros give 0; NaN gives NaN. Symmetries reduce
-// the problem to atan t with |t| <= 0.66. There atan t = t + t^3 P(t^2) / Q(t^2), with a relative
-// error of 1.8e-16 (S. L. Moshier, Cephes, atan.c, 1984).
+// |x| and |y| neither overflow nor underflow. Zeros count as positive, so two zeros give 0. NaN
+// gives NaN. Symmetries reduce the problem to atan t with |t| <= 0.66. There
+// atan t = t + t^3 P(t^2) / Q(t^2), with a relative error of 1.8e-16 (S. L. Moshier, Cephes,
+// atan.c, 1984).
 inline Lanes arc_tangent(Lanes y, Lanes x) {
   constexpr double half_pi = std::numbers::pi / 2, half_pi_rest = 6.123233995736765886e-17;
   const Lanes height = magnitude(y), width = magnitude(x);
@@ -110,7 +111,8 @@ inline Lanes arc_tangent(Lanes y, Lanes x) {
                   1.945506571482613964425e2;
   const Lanes small = t + t * (z * p / q);
   // The angle is that of the octant plus or minus `small`. The octant's angle is a multiple of
-  // pi / 4: the rounded multiple `octant` plus its rounding error `rest`. The sign of y comes last.
+  // pi / 4: the rounded multiple `octant` plus its rounding error `rest`. The sign of y is applied
+  // last.
   Lanes octant = choose(is_diagonal, half_pi / 2, 0.0);
   octant = choose(is_steep, half_pi - octant, octant);
   octant = choose(is_back, 2 * half_pi - octant, octant);
@@ -119,7 +121,8 @@ inline Lanes arc_tangent(Lanes y, Lanes x) {
   return negate_where(y < Lanes(0), angle);
 }
 // One step of transpose(). Both rows of a pair (i, i + distance) consist of blocks of `distance`
-// numbers. The odd blocks of row i are exchanged for the even blocks of row i + distance.
+// numbers, counted from 0. The odd blocks of row i are exchanged for the even blocks of row
+// i + distance.
 template <int distance, int... lane>
 void exchange(std::array<Lanes::Vector, lane_count>& rows, std::integer_sequence<int, lane...>) {
   for (int i = 0; i < lane_count; ++i) {
@@ -185,9 +188,9 @@ inline Lanes moved_up(Lanes before, Lanes a) {
 typedef double Pair __attribute__((vector_size(16)));
 typedef double UnalignedPair __attribute__((vector_size(16), aligned(8), may_alias));
 
-// The function as above, for four lanes. It loads pairs of numbers. Two pairs that are six numbers
-// apart in memory fill the halves of a register. All further shuffles are within halves, which
-// makes them fast.
+// Does the same as load_vectors() above, for four lanes. It loads pairs of numbers. Two pairs that
+// are six numbers apart in memory fill the halves of a register. All further shuffles are within
+// halves, which makes them fast.
 inline std::array<Lanes, 3> load_vectors(const double* at) {
   const auto half = [at](int i) { return Pair(*reinterpret_cast<const UnalignedPair*>(at + i)); };
   const Lanes::Vector xy = __builtin_shufflevector(half(0), half(6), 0, 1, 2, 3);

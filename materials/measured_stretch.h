@@ -5,14 +5,14 @@
 // The measured tensions are S = C(s, phi) E, where E is the Green strain in the axes of warp and
 // weft and C = [11 12 0; 12 22 0; 0 0 33] acts on (E_11, E_22, E_12). C depends on the major
 // principal stretch lambda_1 and on its angle phi to the warp,
-//   C = (1 - s) C_0 + s C_1(phi),   s = min(6 (lambda_1 - 1), 1), 0 below.
+//   C = (1 - s) C_0 + s C_1(phi),   s = min(6 (lambda_1 - 1), 1), or 0 for lambda_1 < 1.
 // C_1 is given at phi = 0, 22.5, 45, 67.5 and 90 degrees. The tensions S do not derive from an
 // energy: their work on a closed path is not zero. The energy per rest area here is the work of S
 // on the straight path to E,
 //   w = int_0^1 E : S(t E) dt = 1/2 E : [C_0 + h (C_1 - C_0)] : E,   h = int_0^1 2 t s(t E) dt.
-// Hence E : dw/dE = E : S(E) for every strain. If only one direction is stretched and the width is
-// held, the force is that of S. If warp and weft are stretched equally, the sum of both forces is
-// that of S.
+// Hence E : dw/dE = E : S(E), before the changes of w described below. If only one direction is
+// stretched and the width is held, the force is that of S. If warp and weft are stretched equally,
+// the sum of both forces is that of S.
 //
 // The tensions S jump where phi jumps. The four changes below make w smooth. e_1 >= e_2 are the
 // principal strains and q = (e_1 - e_2) / (e_1 + e_2). Both directions are stretched if q < 1.
@@ -20,7 +20,7 @@
 // - For q < 1, a_j is multiplied by r^j with r = (15 q - 10 q^3 + 3 q^5) / 8. If the stretch is
 //   equal in all directions, phi is undefined; then r = 0, and C_1 is the mean a_0.
 // - For q < 1, s is computed from e_1 + (e_1 + e_2) (15 q^2 - 10 q^4 + 3 q^6 - 8 q) / 16 instead of
-//   the major strain e_1. Both are equal at q = 0 and q = 1.
+//   the major strain e_1. The two quantities are equal at q = 0 and q = 1.
 // - In the term h (C_1 - C_0), the contraction across the stretch is limited to three times the
 //   stretch. For u = e_2 / e_1 < -1, e_2 is replaced by -e_1 (1 + 2 y / sqrt(1 + y^2)) with
 //   y = (-u - 1) / 2. Without this limit, a small stretch would stiffen cloth that is compressed

@@ -182,8 +182,9 @@ void add_membrane_stress(const Vec3Of<Real>& tensions, bool pull_only,
   }
 }
 
-// Returns the stiffness -d forces / d x at (x, v), symmetric, N/m. It is exact without damping.
-// With damping, the derivative of q' by x is omitted.
+// Returns the stiffness -d forces / d x at (x, v), symmetric, N/m. It is exact without damping and
+// `pull_only`. With damping, the derivative of q' by x is omitted. `pull_only` omits the stress of
+// edges under compression.
 template <class Real, class Membrane>
 StencilMatrix<Real, 3> membrane_stiffness(const Membrane& membrane, const NodesOf<Real, 3>& x,
                                           const NodesOf<Real, 3>& v, bool pull_only = false) {

@@ -94,7 +94,8 @@ ShellLaw bending_law(const SurfaceDerivatives& rest, double youngs_modulus, doub
                      double thickness, double parameter_area);
 
 // Stretching of a parameter line at a point. `tangent` is the derivative of the position by the
-// line's parameter, m. `slope` holds the derivatives of the nodes' basis functions by it.
+// line's parameter, m. `slope` holds the derivatives of the nodes' basis functions by this
+// parameter.
 class ShellFibre {
  public:
   explicit ShellFibre(const Vec3& tangent) : tangent_(tangent) {}

@@ -36,9 +36,9 @@ inline Vec3 spring_force(const Spring& spring, const Vec3& x0, const Vec3& x1, c
          difference;
 }
 
-// Returns K = -d force0 / d x0 (N/m), exact without damping. With damping, the derivative of l' is
-// omitted. The stiffness matrix of both nodes is [K -K; -K K]. With the spring's tension T and unit
-// vector n,
+// Returns K = -d force0 / d x0 (N/m), exact without damping and `pull_only`. With damping, the
+// derivative of l' is omitted. The stiffness matrix of both nodes is [K -K; -K K]. With the
+// spring's tension T and unit vector n,
 //   K = k n n^T + T/l (I - n n^T).
 // K is indefinite under compression. `pull_only` clamps T/l to [0, k], which makes K positive
 // semi-definite. For coincident nodes K is k I: exact for a spring without rest length, and usable

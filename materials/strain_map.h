@@ -6,7 +6,7 @@
 //   template <class Real> Symmetric3Of<Real> semi_definite_moduli(const std::array<Real, 3>& e)
 //       const;
 // e may be a Green strain (V in N/m), as in CurvedStretch and MeasuredStretch, or a curvature (V in
-// N m), as in CurvedBending. LinearLaw serves for both.
+// N m), as in CurvedBending. LinearLaw serves for both kinds of strain.
 #pragma once
 
 #include "materials/jet.h"

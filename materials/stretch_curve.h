@@ -1,6 +1,6 @@
-// Membranes of woven cloth with tabulated curves. Three curves give the tension as a function of
-// the stretch along the warp, the same along the weft, and the shear force as a function of the
-// shear.
+// Membranes of woven cloth with tabulated curves. Two curves give the tension as a function of the
+// stretch, one along the warp and one along the weft. A third curve gives the shear force as a
+// function of the shear.
 #pragma once
 
 #include <array>
@@ -13,13 +13,14 @@
 namespace weft::materials {
 
 // A force per width (N/m) as a function of a strain. It is zero at zero strain and linear between
-// the points of a table. Beyond the outermost points, it continues with the slope before them.
+// the points of a table. Beyond the outermost points, it continues with the slope of the last
+// interval.
 class TensionCurve {
  public:
   // Makes the curve through the points (strains[i], tensions[i]). Tensions are in N/m.
   // Preconditions: there are at least two points; strains increase and tensions do not decrease;
   // one of the points is (0, 0). If there are no points on one side of zero, the curve is a
-  // straight line there, with the slope that the other side has at zero.
+  // straight line there, with the slope of the other side at zero.
   TensionCurve(std::span<const double> strains, std::span<const double> tensions);
   // Returns the curve through these points of strain >= 0 and, for negative strains, their mirror
   // images (-strain, -tension). The preconditions are those of the constructor.
@@ -50,8 +51,9 @@ class TensionCurve {
   double largest_stiffness() const;
 
  private:
-  // A kink of the curve at the strain `start` (in pull_) or -start (in push_). Away from zero, the
-  // slope of the curve increases there by `slope` (N/m).
+  // A kink of the curve at the strain `start` (in pull_) or -start (in push_). The slope of the
+  // curve beyond the kink, as seen from zero, exceeds the slope before the kink by `slope` (N/m).
+  // The first kink is at zero, and its `slope` is that of the first interval.
   struct Ramp {
     double start, slope;
   };
@@ -65,8 +67,8 @@ class TensionCurve {
 // where lambda_i = sqrt(1 + 2 E_ii) is the stretch of the threads and the derivatives w_i' are the
 // curves. In a pull along the warp or the weft, the force per rest width is therefore the curve of
 // that axis. The contraction across the pull has no influence: there is no Poisson effect. In a
-// simple shear, 2 E_12 is the tangent of the shear angle, and the curve is the shear force per
-// length.
+// simple shear, 2 E_12 is the tangent of the shear angle. The curve is then the shear force per
+// length, except for the part from the stretch of the sheared threads.
 struct CurvedStretch {
   TensionCurve warp, weft, shear;
 

@@ -1,4 +1,4 @@
-// Vectors whose memory starts at a cache line. A vector store at the start then stays within one
+// Vectors whose memory starts at a cache line. A SIMD store at the start then stays within one
 // line.
 #pragma once
 

@@ -10,8 +10,8 @@ namespace weft::bsi {
 
 // Number of planes of a BoundRow.
 inline constexpr int plane_count = 18;
-// Kernels may read and write a plane up to a multiple of this number of blocks, and may read one
-// float more.
+// Kernels may write a plane up to the next multiple of this number of blocks. They may read it up
+// to the next multiple of twice this number, and one float more.
 inline constexpr int plane_padding = 16;
 // A row of blocks while the pyramid is built: 18 planes with one float per block, `stride` floats
 // apart. Planes 0-5 bound the vertices, planes 6-17 the steps between them (in the order of

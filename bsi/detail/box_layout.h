@@ -9,15 +9,15 @@
 namespace weft::bsi {
 
 // The boxes (m) of the four children of a block, one array per bound and axis. Child 2 j + i is in
-// column i and row j of the 2 x 2 children. A child is absent if an axis is not split; its box then
-// has low > high.
+// column i and row j of the 2 x 2 children. If u is not split, the children of column 1 are absent;
+// if v is not split, those of row 1. The box of an absent child has low > high.
 struct alignas(32) BoxGroup {
   float low[3][4];
   float high[3][4];
 };
 
 // The spheres (m) of the four children of a block, one array per component. The centre of an absent
-// child is NaN, so that every comparison with it is false.
+// child is NaN, so that the child touches no sphere.
 struct alignas(64) SphereGroup {
   float centre[3][4];
   float radius[4];
@@ -30,8 +30,8 @@ struct alignas(64) TangentBounds {
 };
 
 // Rows of float32 vertices, one array per component, m. Rows are `stride` floats apart. On a
-// wrapped axis, copies of the first vertices follow the last ones. Up to four floats past the end
-// of a row may be read.
+// wrapped axis, copies of the first vertices follow the last ones. At least four floats past the
+// end of each row are readable.
 struct VertexImage {
   const float* component[3];
   std::size_t stride;
@@ -55,8 +55,8 @@ struct BoxPatch {
   std::int32_t wrap_u, wrap_v;  // 1 for a wrapped axis, else 0
   std::int32_t first_level;     // index in BoxTree::levels
   std::int32_t level_count;
-  std::int32_t first_quad;   // number of the first quad in the atlas
-  std::int32_t first_texel;  // number of the first texel in the atlas
+  std::int32_t first_quad;   // index of the first quad in the atlas
+  std::int32_t first_texel;  // index of the first texel in the atlas
   std::int32_t rows, cols;   // numbers of rows and columns of texels
 };
 

@@ -13,8 +13,8 @@ namespace weft::bsi {
 namespace {
 
 // Fewest quads around the wrapped axis of a patch that can become coarser. With five quads, level 2
-// has four blocks. Fewer than three blocks would touch each other on both sides and fold the
-// surface onto itself.
+// has four blocks around the axis. Fewer than three blocks would touch each other on both sides and
+// fold the surface onto itself.
 constexpr int fewest_round_a_wrap = 5;
 
 // Sets found[patch] to 1 if two of a patch's texels share a particle, or if one of its inner texels
@@ -43,8 +43,8 @@ void mark_sewn_to_themselves(const Atlas& atlas, std::vector<char>& found) {
   }
 }
 
-// A side of a patch on its open border, with its particles in order. It is closed if it runs around
-// a wrapped axis.
+// A side of a patch: its first or last row or column, as particles in order. A wrapped axis has no
+// sides at its ends. A side is closed if it runs around a wrapped axis.
 struct Side {
   int patch = 0;
   bool along_u = false;
@@ -231,7 +231,7 @@ void Borders::part_neighbours() {
   }
 }
 
-// Assigns each inner particle of a stretch to the nearer of the two samples between which it lies.
+// Assigns each particle between two samples of a stretch to the nearer sample, counted in edges.
 void Borders::give(const Stretch& stretch, std::vector<int>& sample_of) {
   const auto sample = [&](int part) {
     return static_cast<int>(std::int64_t{part} * stretch.edges() / stretch.parts);

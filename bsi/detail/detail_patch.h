@@ -12,8 +12,8 @@
 namespace weft::bsi {
 
 // A corner of a coarse triangle. A `vertex` below texel_count() is the original vertex at that
-// texel of the patch. A higher one is the centre of block `vertex` - texel_count(). (row, col) is
-// the vertex's position in the image; along a wrapped axis it may lie outside the image.
+// texel of the patch. Any other `vertex` is the centre of block `vertex` - texel_count(). (row,
+// col) is the vertex's position in the image; along a wrapped axis it may lie outside the image.
 struct DetailCorner {
   int vertex = 0;
   double row = 0;
@@ -21,23 +21,23 @@ struct DetailCorner {
 };
 using DetailTriangle = std::array<DetailCorner, 3>;
 
-// Returns twice the signed area of a triangle in the image. The area of an inverted triangle is not
-// positive.
+// Returns twice the signed area of a triangle in the image. The area of an inverted triangle is
+// negative.
 inline double image_area(const DetailTriangle& triangle) {
   const auto& [a, b, c] = triangle;
   return (b.col - a.col) * (c.row - a.row) - (c.col - a.col) * (b.row - a.row);
 }
 
 // A patch that assigns a vertex to every texel. A texel of a block gets the centre of the block's
-// sphere, unless it is the block's only texel. A texel of an open border gets a sample of that
-// border. Any other texel keeps its own vertex. The coarse surface consists of the quads' triangles
-// with three different vertices. It is the dual of the partition of the image into rectangles and
-// stretches of the border.
+// sphere, unless it is the block's only texel. After sample_borders(), a texel of an open border
+// has a sample of that border. Any other texel keeps its own vertex. The coarse surface consists of
+// the quads' triangles with three different vertices. It is the dual of the partition of the image
+// into rectangles and stretches of the border.
 class DetailPatch {
  public:
   // Starts with the blocks of level 0, or of level 2 if an axis is wrapped: fewer than three blocks
-  // around an axis would fold the surface. If `as_it_is`, or if the patch has no inner texels,
-  // starts without blocks.
+  // around an axis would fold the surface. Blocks with fewer than two texels are left out. If
+  // `as_it_is`, starts without blocks.
   DetailPatch(const Pyramid& pyramid, int patch, bool as_it_is);
 
   int texel_count() const { return size_.texel_count(); }
@@ -52,7 +52,7 @@ class DetailPatch {
   // of sampled_borders().
   void sample_borders(std::span<const int> sample_of);
   // Splits every block coarser than `level` into blocks of `level`. If the patch has no such level,
-  // splits its blocks into texels.
+  // splits its blocks into texels. Precondition: no block has been split before.
   void split_to_level(int level);
   // Replaces a block by its children, or a leaf block by its texels. The number of the block is not
   // reused.

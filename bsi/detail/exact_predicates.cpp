@@ -33,7 +33,8 @@ Exact exact_product(double a, double b) {
 }
 
 // An exact sum of doubles, stored as terms that do not overlap, smallest first, without zeros. The
-// largest term outweighs all others, so its sign is the sign of the sum.
+// largest term exceeds the sum of all others in magnitude, so its sign is the sign of the whole
+// sum.
 class Expansion {
  public:
   // Adds a number by Shewchuk's GROW-EXPANSION.
@@ -114,7 +115,8 @@ int orientation_by_expansion(const Point3& a, const Point3& b, const Point3& c, 
 }
 
 // Returns true if the sign of the rounded determinant is certain. An error bound of zero means that
-// every product has a factor of exactly zero, for example if all points share a coordinate.
+// every product in the determinant has a factor of exactly zero, for example if all points share a
+// coordinate.
 bool is_decided(double determinant, double error_bound) {
   return std::abs(determinant) > error_bound || error_bound == 0;
 }

@@ -15,11 +15,12 @@ int orientation(const Point2& a, const Point2& b, const Point2& c);
 // if the four points are on one plane, and -1 if a, b, c are counter-clockwise seen from d.
 int orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d);
 
-// Both orientation() functions evaluate the determinant in float64 first and trust its sign if the
-// value exceeds an error bound. Otherwise they sum the determinant without rounding, in expansions
-// of doubles (Shewchuk 1997, "Adaptive Precision Floating-Point Arithmetic and Fast Robust
-// Geometric Predicates"). The result is exact if no product of coordinates overflows or underflows.
-// This holds if coordinates and their differences are 0 or 1e-90..1e90 in size, as for all float32
-// numbers. Takes about 10 ns, or a microsecond and more near zero.
+// Both orientation() functions evaluate the determinant in float64 first and trust its sign if its
+// magnitude exceeds an error bound, or if that bound is 0. Otherwise they sum the determinant
+// without rounding, in expansions of doubles (Shewchuk 1997, "Adaptive Precision Floating-Point
+// Arithmetic and Fast Robust Geometric Predicates"). The result is exact if no product of
+// coordinates overflows or underflows. This holds if coordinates and their differences are 0 or
+// 1e-90..1e90 in size, as for all float32 numbers. Takes about 10 ns, or a microsecond and more
+// near zero.
 
 }  // namespace weft::bsi

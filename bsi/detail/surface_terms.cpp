@@ -7,8 +7,9 @@ namespace weft::bsi {
 
 namespace {
 
-// Returns the number of the face, edge or vertex of the mesh that contains a triangle's closest
-// point. The corners of this feature are those with nonzero weights.
+// Returns the identifier (SurfaceTerm::feature) of the smallest feature (face, edge or vertex) that
+// contains the closest point of a triangle. The corners of this feature are those with nonzero
+// weights.
 int feature_of(const Mesh& mesh, int triangle, const Closest& closest) {
   if (closest.free_directions == 2) return 3 * triangle;
   for (int k = 0; k < 3; ++k) {
@@ -20,7 +21,7 @@ int feature_of(const Mesh& mesh, int triangle, const Closest& closest) {
   return 3 * triangle;  // reached only if a weight has underflowed
 }
 
-// Returns the closest point on the edge of a triangle that is opposite `corner`.
+// Returns the point closest to `point` on the edge opposite `corner` of a triangle.
 Closest closest_on_edge_opposite(int corner, const Vec3& point, const std::array<Vec3, 3>& x) {
   const int from = (corner + 1) % 3, to = (corner + 2) % 3;
   const Vec3 edge = x[to] - x[from];
@@ -123,7 +124,7 @@ void SurfaceTerms::find(const Vec3& point, int own, std::span<const int> triangl
     const auto& corners = mesh_.triangles[t];
     const std::array<Vec3, 3> x{position[corners[0]], position[corners[1]], position[corners[2]]};
     collector.add(t, 1, closest_vertex_triangle(point, x[0], x[1], x[2]));
-    // If an edge or a vertex is within reach, so are all its triangles, and all are listed. The
+    // If an inner edge or vertex is within reach, so are all its triangles, and all are listed. The
     // first of them adds the term of the edge or vertex.
     for (int k = 0; k < 3; ++k) {
       const int edge = mesh_.triangle_edges[t][k];

@@ -13,10 +13,10 @@ namespace weft::bsi {
 // A term of the sum: a face, an edge or a vertex of the mesh, with its point closest to the given
 // point.
 struct SurfaceTerm {
-  int feature = 0;      // number of the face, edge or vertex, unique in the mesh
+  int feature = 0;      // identifier of the face, edge or vertex in the mesh
   int triangle = 0;     // a triangle of the mesh that contains the closest point
   int coefficient = 0;  // coefficient in the sum, never 0
-  Closest closest;      // closest points of the given point and `triangle`
+  Closest closest;      // closest point of the feature; weights are for the corners of `triangle`
 };
 
 // The terms of a signed sum over the features of a surface. Let x be a point and b(d) any function
@@ -25,24 +25,24 @@ struct SurfaceTerm {
 //     = sum over faces b - sum over inner edges b + sum over inner vertices b,
 // where every feature has its own distance from x. The sum is the integral of -b'(s) chi(s) ds,
 // where chi(s) is the Euler characteristic of the open cells within the distance s. Where these
-// cells form one disc, chi is 1. A plane therefore counts as b(height), however it is triangulated,
-// and the nearest point always counts once.
+// cells form one disc, chi is 1. A plane therefore counts as b(height), however it is triangulated.
 //
 // Features with the same closest point form one term, and their coefficients are added up. Terms
-// with coefficient 0 are dropped. Over a face only the term of that face remains. Over a convex
-// ridge, the remaining term is the edge or vertex in whose wedge x lies. In a valley, two faces
-// remain, less the edge between them. Each term is the distance to a convex set, so the sum is as
-// smooth as b of a single distance. (Inclusion-exclusion as in Li et al. 2023, "Convergent
-// Incremental Potential Contact", section 4.)
+// with coefficient 0 are dropped. Over a face of a flat or convex surface, only the term of that
+// face remains. Over a convex ridge, the remaining term is the edge or vertex in whose wedge x
+// lies. In a valley, the terms of two faces remain, less that of the edge between them. Each term
+// is b of the distance to a convex set, so the sum is as smooth as b of a single distance.
+// (Inclusion-exclusion as in Li et al. 2023, "Convergent Incremental Potential Contact",
+// section 4.)
 class SurfaceTerms {
  public:
   // The mesh must outlive the object. O(mesh).
   SurfaceTerms(const Mesh& mesh, int vertex_count);
 
-  // Replaces `terms` by the terms within `reach` (m, >= 0) of `point`. Their order depends only on
-  // `triangles`, which lists every triangle within reach once, in any order. `own` is the number of
-  // the point if it is a vertex of this mesh, else -1. Triangles with the vertex `own` do not count
-  // and must not be listed. `position` is by vertex, m. O(triangles^2) in the worst case.
+  // Replaces `terms` by the terms within `reach` (m, >= 0) of `point`. `triangles` lists every
+  // triangle within reach exactly once, in any order. `own` is the index of the point in this mesh,
+  // or -1 if the point is not a vertex of it. Triangles with the vertex `own` do not count and must
+  // not be listed. `position` is by vertex, m. O(triangles^2) in the worst case.
   void find(const Vec3& point, int own, std::span<const int> triangles,
             std::span<const Vec3> position, double reach, std::vector<SurfaceTerm>& terms) const;
 

@@ -38,7 +38,7 @@ constexpr int corner_vertex[3][8] = {
 // The data of a leaf block from which its triangle pairs are judged.
 struct Block {
   BlockVertices vertices;
-  alignas(32) int number[8];  // triangle number of each leaf
+  alignas(32) int number[8];  // triangle index of each leaf
 };
 
 WEFT_INLINE void read_block(const BoxTree& tree, BoxNode node, Block& block) {
@@ -136,7 +136,7 @@ WEFT_INLINE void load_pairs(const Chunk& chunk, const int* entries, Corners& cor
   }
 }
 
-// Writes the triangle numbers of `count` entries, all of which belong to pair of blocks s.
+// Writes the triangle indices of `count` entries, all of which belong to pair of blocks s.
 WEFT_INLINE void number_pairs(const Chunk& chunk, int s, const int* entries, int count, bool sorted,
                               LeafPair* pairs) {
   const __m512i seven = _mm512_set1_epi32(7);
@@ -259,7 +259,7 @@ WEFT_INLINE int select(const LeafPair* pairs, const Verdict* verdict, int count,
 
 #endif
 
-// Lists the triangle pairs of `blocks` in chunk.entry, and writes their triangle numbers to
+// Lists the triangle pairs of `blocks` in chunk.entry, and writes their triangle indices to
 // `pairs`.
 void fill_chunk(const JudgedBlocks& judged, const LeafBlockPair* blocks, int block_count,
                 Chunk& chunk, LeafPair* pairs) {

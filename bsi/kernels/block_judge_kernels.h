@@ -13,14 +13,14 @@ struct JudgedBlocks {
   const BoxTree* b;
   const LeafBlockPair* blocks;
   int count;
-  bool self;  // true after a self traversal: the smaller number of a pair comes first
+  bool self;  // true after a self traversal: the smaller index of a pair comes first
 };
 
 struct BlockJudgeKernels {
   // Lists the triangle pairs of the blocks in order, judges each from its float32 vertices, and
   // returns the number of pairs. Let e bound the change of a distance by the rounding of vertices.
-  // Preconditions: `margin_low` <= margin - e (or 0), `margin_high` >= margin + e. May write up to
-  // 16 pairs and verdicts past the end.
+  // Preconditions: `margin_low` is 0 or at most margin - e, and `margin_high` >= margin + e. May
+  // write up to 16 pairs and verdicts past the end.
   int (*judge)(const JudgedBlocks& judged, float margin_low, float margin_high, LeafPair* pairs,
                Verdict* verdict);
   // Copies the pairs whose verdict is `wanted`, in order, and returns the number of copies. May

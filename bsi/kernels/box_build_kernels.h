@@ -27,7 +27,7 @@ struct BoxBuildKernels {
   // boundary[u + 1]).
   void (*bound_leaves)(BoundRow columns, PlaneRange planes, const std::int32_t* boundary,
                        int blocks, BoundRow out);
-  // Bounds parents from the rows `upper` and `lower` of their children, which may be the same row.
+  // Bounds parents from two rows of their children. `upper` and `lower` may be the same row.
   void (*merge)(BoundRow upper, BoundRow lower, PlaneRange planes, bool split_u, int blocks,
                 BoundRow out);
   // Stores the boxes of the children of a row of parents. If the parents are not split along v,

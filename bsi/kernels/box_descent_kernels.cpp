@@ -68,15 +68,15 @@ WEFT_INLINE bool is_itself(const DescentQuery& query, const PairList& list, Plac
 
 // --- The workspace ---
 
-// Boxes of the leaves of recently used leaf blocks. A descent returns to each leaf block many
+// Boxes of the leaves of recently used leaf blocks. A descent may need the same leaf block many
 // times.
 struct LeafCache {
   LaneBoxes leaves[leaf_cache_size];
   std::uint64_t held[leaf_cache_size];  // level and place of each cached block
 };
 
-// Largest number of pairs that a descent takes at once from the end of a list. The pairs of their
-// children are appended to the next list.
+// Largest number of pairs that a descent expands at once, from the end of a list. The pairs of
+// their children are appended to the next list.
 constexpr int batch = 64;
 static_assert(pair_list_size >= 17 * batch);
 
@@ -132,9 +132,9 @@ WEFT_INLINE LanePairs without_shared(const DescentQuery& query, const NodePair& 
   return shared.look ? without_shared_particles(*query.a, placed_a, placed_b, near) : near;
 }
 
-// The data of a list that are_close() needs. `never` and `always` decide for all its pairs.
-// `round_*` is the distance, in blocks, of two neighbours across the seam of a wrapped axis. It is
-// 1 if the axis is open.
+// The data of a list that are_close() needs. If `never` or `always` is true, it decides for all
+// pairs of the list. `round_*` is the distance, in blocks, of two neighbours across the seam of a
+// wrapped axis. It is 1 if the axis is open.
 struct Closeness {
   bool never, always;
   int round_u, round_v;
@@ -143,13 +143,14 @@ struct Closeness {
 WEFT_INLINE Closeness closeness_of(const DescentQuery& query, const PairList& list) {
   const BoxPatch& patch = query.a->patches[list.a->patch];
   const bool sewn = query.a->texel_to_particle != nullptr;
-  return {!query.self || (!sewn && list.level_a != list.level_b),  // two bodies or unsewn patches
-          sewn, patch.wrap_u != 0 ? (1 << list.a->log_u) - 1 : 1,
+  // Two bodies, and different patches that are not sewn, share no particle.
+  return {!query.self || (!sewn && list.level_a != list.level_b), sewn,
+          patch.wrap_u != 0 ? (1 << list.a->log_u) - 1 : 1,
           patch.wrap_v != 0 ? (1 << list.a->log_v) - 1 : 1};
 }
 
-// Returns true if two blocks are neighbours or may share a particle. The code has no branches,
-// because they would often be mispredicted.
+// Returns false only if two blocks are neither neighbours nor share a particle. The code has no
+// branches, because they would often be mispredicted.
 WEFT_INLINE bool are_close(const Closeness& where, Places pair) {
   const Place a = first_of(pair), b = second_of(pair);
   const int u = u_of(a) - u_of(b), v = v_of(a) - v_of(b);
@@ -200,7 +201,7 @@ WEFT_INLINE void pair_leaves(const DescentQuery& query, const PairList& list, Wo
 
 // Appends the pairs of children whose bits are set in `near` and returns the end of the list. Bit 4
 // i + j stands for child i of the first block and child j of the second. `pair` holds the two
-// children with number 0. May write up to sixteen pairs.
+// children with index 0. May write up to sixteen pairs.
 WEFT_INLINE Places* append_children(Places pair, unsigned near, Places* to) {
 #if defined(__AVX512DQ__)
   const __m512i all = _mm512_set1_epi64(static_cast<long long>(pair));

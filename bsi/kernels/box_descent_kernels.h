@@ -45,7 +45,7 @@ struct BlockSink {
 // Largest number of pairs of children of a pair of blocks.
 inline constexpr int largest_expansion = 16;
 
-// Number of leaf blocks of one body whose boxes a workspace caches.
+// Number of leaf blocks of each body for which a workspace caches the boxes of the leaves.
 inline constexpr std::size_t leaf_cache_size = 2048;
 // Capacity of a list of pairs of blocks, and largest number of lists (one per level).
 inline constexpr int pair_list_size = 1104, list_limit = 18;
@@ -64,7 +64,7 @@ struct DescentKernels {
   // descent leaves out triangles that share a particle, and pairs that the certificate excludes.
   void (*descend)(const DescentQuery& query, const NodePair& pair, void* workspace, BlockSink& sink,
                   DescentCounters& counters);
-  // Converts `count` pairs of leaf blocks to pairs of leaf numbers, in order, and returns the
+  // Converts `count` pairs of leaf blocks to pairs of leaf indices, in order, and returns the
   // number of pairs of leaves. May write up to eight pairs past the end.
   std::size_t (*number)(const DescentQuery& query, const LeafBlockPair* blocks, std::size_t count,
                         LeafPair* pairs);

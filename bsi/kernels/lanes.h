@@ -1,5 +1,5 @@
-// Vectors of floats or doubles as wide as the instruction set. For kernel files only: all of this
-// is compiled once per instruction set, each time in its own namespace (see
+// Vectors of floats or doubles as wide as the registers of the instruction set. For kernel files
+// only: all of this is compiled once per instruction set, each time in its own namespace (see
 // bsi/detail/instruction_set.h).
 //
 // Lanes<F> is a GCC vector type: + - * / act on every lane, and `a < b ? c : d` chooses lane by
@@ -45,8 +45,8 @@ struct RoundingOf<double> {
 };
 
 // smaller() returns `a < b ? a : b` and larger() returns `a > b ? a : b`, lane by lane. If a or b
-// is NaN, the result is b. Both use intrinsics, because g++ 12 often misses the instruction for
-// such a choice.
+// is NaN, the result is b. On x86 both use intrinsics, because g++ 12 often misses the instruction
+// for such a choice.
 #if defined(__SSE2__)
 #if defined(__AVX512F__)
 #define WEFT_VECTOR(operation) _mm512_##operation

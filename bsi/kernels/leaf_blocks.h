@@ -7,9 +7,9 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// Bounds the four quads of a leaf block along one axis, at one end of the path. low[0] and high[0]
-// bound their first triangles (or whole quads, unless `triangles`), low[1] and high[1] their second
-// triangles. With `join` the bounds include the previous ones.
+// Bounds the quads of a leaf block, up to four, along one axis, at one end of the path. low[0] and
+// high[0] bound their first triangles (or whole quads, if `triangles` is false), low[1] and high[1]
+// their second triangles. With `join` the bounds include the previous bounds.
 WEFT_INLINE void bound_corners(const VertexImage& image, int axis, const LeafQuads& quads,
                                bool triangles, bool join, Quad low[2], Quad high[2]) {
   const float* first = image.component[axis] + quads.row * image.stride + quads.col;

@@ -1,4 +1,4 @@
-// The quads of a leaf block and the numbers of its leaves. For kernel files only, like box_lanes.h.
+// The quads of a leaf block and the indices of its leaves. For kernel files only, like box_lanes.h.
 #pragma once
 
 #include "bsi/detail/box_layout.h"
@@ -25,7 +25,8 @@ static inline LeafQuads quads_of(const BoxTree& tree, BoxNode node) {
   return quads;
 }
 
-// Writes the numbers of a block's leaves to number[0 .. 7], in the order of lanes.
+// Writes the indices of a block's leaves to number[0 .. 7], in the order of lanes. Entries of lanes
+// without a leaf have no meaning.
 static inline void number_leaves(const BoxTree& tree, BoxNode node, bool triangles, int number[8]) {
   const BoxPatch& patch = tree.patches[tree.levels[node.level].patch];
   const LeafQuads quads = quads_of(tree, node);

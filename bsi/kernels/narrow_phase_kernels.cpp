@@ -9,8 +9,8 @@ namespace {
 
 constexpr int chunk = 64;  // pairs per chunk, a multiple of all lane counts
 
-// The corners of pairs of triangles, relative to corner 0 of the first triangle: the other two of
-// the first triangle, then three of the second.
+// The corners of pairs of triangles, relative to corner 0 of the first triangle: two corners of the
+// first triangle, then the three corners of the second.
 template <class Float, int capacity = chunk>
 struct Staged {
   alignas(64) Float corner[5][capacity][4];
@@ -59,7 +59,8 @@ WEFT_INLINE Frame<Lanes<Float>> load_frame(const Staged<Float, capacity>& staged
   return frame_of<Float>(a, b);
 }
 
-// Upper bound of the rounding of the volumes of piercing(), in units of u size^3.
+// Upper bound of the rounding errors of the volumes that piercing() computes, in units of u size^3.
+// u is RoundingOf<double>::unit, and size is Frame::size.
 constexpr double volume_rounding = 2048;
 
 WEFT_INLINE Verdict to_verdict(float number) {

@@ -41,7 +41,7 @@ struct Bounds {
 };
 
 // Returns the size of a pair, given the square of the size. The result is infinite if products of
-// coordinates might overflow; the pair then stays undecided.
+// two coordinates might overflow; the pair then stays undecided.
 template <class Float>
 WEFT_INLINE Lanes<Float> safe_size(Lanes<Float> squared) {
   return square_root(16 * squared + RoundingOf<Float>::smallest_square) * Float{0.25};

@@ -2,7 +2,7 @@
 // descent visits them. For kernel files only, like box_lanes.h.
 //
 // The functions that place blocks are not inlined. Descents of trees built in space then pay only
-// for one test per pair.
+// for tests of BoxTree::placement.
 #pragma once
 
 #include "bsi/detail/box_layout.h"
@@ -12,9 +12,9 @@
 namespace weft::bsi::WEFT_KERNELS {
 
 // Computes boxes in space that contain four boxes of the frame. Centres are rotated by R. Half
-// extents are multiplied by |R|, because a corner may rotate in any direction. The boxes of both
-// ends of the path are joined, and the rounding of the placement is added. An absent child keeps
-// low > high.
+// extents are multiplied by the magnitudes of the elements of R, because a corner may rotate in any
+// direction. The boxes of both ends of the path are joined, and the rounding of the placement is
+// added. An absent child keeps low > high.
 [[gnu::noinline]] static void place_boxes(const BoxTree& tree, const BoxGroup& own,
                                           BoxGroup& placed) {
   const BoxPlacement& placement = *tree.placement;
@@ -63,8 +63,7 @@ struct PlacedVertices {
   float component[3][16];
 };
 
-// Places the vertices of a leaf block in float64 and rounds them to float32, as Pyramid::rebuild()
-// does.
+// Places the vertices of a leaf block in float64. Rounds them to float32 like Pyramid::rebuild().
 [[gnu::noinline]] static void place_vertices(const BoxTree& tree, const BoxPatch& patch,
                                              const LeafQuads& quads, int end,
                                              PlacedVertices& vertices) {

@@ -12,8 +12,8 @@ inline constexpr int points_per_batch = 65536;
 // each of four children on each of at most 18 levels. Every list has room for one more vector.
 inline constexpr std::size_t point_list_length = (4 * 18 + 1) * (points_per_batch + 16);
 // Bytes of a workspace for descend_points(). It holds the coordinates and indices of the points in
-// all lists, and the half margin of each point. It must be aligned to 64 bytes. Most of it is never
-// touched.
+// all lists, and the half margin of each point. It must be aligned to 64 bytes. Most of it is
+// rarely touched.
 inline constexpr std::size_t point_workspace =
     16 * point_list_length + 4 * std::size_t{points_per_batch + 16};
 

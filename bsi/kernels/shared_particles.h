@@ -67,8 +67,8 @@ static bool share_particle(const BoxTree& tree, const PlacedLeaves& a, int lane_
   return false;
 }
 
-// The pairs of triangles of two leaf blocks that share a particle, as far as the table of shared
-// vertices tells.
+// Pairs of triangles with a common particle, one from each of two leaf blocks, as far as the table
+// of shared vertices tells.
 struct SharedParticles {
   LanePairs lanes;
   bool look;  // true: the table does not suffice, particles must be compared

@@ -6,7 +6,7 @@
 
 namespace weft::bsi::WEFT_KERNELS {
 
-// Writes the pair (a, b[j]) for every set bit j of the mask, with the smaller number first if
+// Writes the pair (a, b[j]) for every set bit j of the mask, with the smaller index first if
 // `sorted`. Returns the number of pairs. May write eight pairs, however many bits are set.
 WEFT_INLINE int store_pairs(LeafPair* to, unsigned mask, int a, const int b[8], bool sorted) {
 #if defined(__AVX512VL__)

@@ -1,5 +1,6 @@
 // The tangent certificate: a proof that a block cannot touch itself, or that two neighbouring
-// blocks cannot touch. For kernel files only, like box_lanes.h.
+// blocks cannot touch, apart from features with a common vertex. For kernel files only, like
+// box_lanes.h.
 #pragma once
 
 #include "bsi/kernels/box_descent_kernels.h"
@@ -57,11 +58,11 @@ WEFT_INLINE bool are_beyond(const Sides3& p, const Sides3& stray_p, const Sides3
 // A vector of the values of TangentBounds::bound.
 typedef float StepBounds __attribute__((vector_size(64), may_alias));
 
-// Returns true only if the points of a rectangle of quads are proved to stay farther apart than the
-// margin, except points on triangles with a common vertex. `bound` holds the bounds of the
-// rectangle's steps. The proof (docs/theory.md, "The tangent certificate") tests the hexagon of the
-// steps along u, v and the diagonal. Float64 is needed, because powers of coordinates exceed the
-// range of float32.
+// Returns true only if any two features (vertices, edges or triangles) of a rectangle of quads
+// without a common vertex are proved to stay farther apart than the margin. `bound` holds the
+// bounds of the rectangle's steps. The proof (docs/theory.md, "The tangent certificate") tests the
+// hexagon of the steps along u, v and the diagonal. Float64 is needed, because powers of
+// coordinates can exceed the range of float32.
 WEFT_INLINE bool certified(StepBounds bound, double margin) {
   typedef double Steps __attribute__((vector_size(64)));
   const Steps minus_low =
@@ -91,7 +92,8 @@ WEFT_INLINE bool certified(StepBounds bound, double margin) {
 }
 
 // Returns true if the positions a and b of two blocks differ by at most one along an axis of
-// `blocks` blocks. `step` is then the offset from a to b: -1, 0 or 1.
+// `blocks` blocks, also across the seam of a wrapped axis. `step` is then the offset from a to b:
+// -1, 0 or 1.
 WEFT_INLINE bool are_neighbours(int a, int b, int blocks, bool wraps, int& step) {
   step = b - a;
   if (wraps && step == blocks - 1) step = -1;

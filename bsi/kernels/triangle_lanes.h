@@ -20,7 +20,7 @@ struct Triangle {
 template <class V>
 struct Frame {
   Triangle<V> a, b;
-  V size;  // upper bound of the corners' distances from the origin, m
+  V size;  // largest distance of a corner from the origin, m (see safe_size())
 };
 
 template <class Float>
@@ -98,8 +98,8 @@ WEFT_INLINE V shadow_gap(const Frame<V>& frame, const Lanes3<V>& direction) {
 }
 
 // Returns a positive number if an edge of `a` passes through `b`, else a number that is not
-// positive. The signs of volumes decide. A positive result is the smallest magnitude among these
-// volumes.
+// positive. The signs of volumes decide. For an edge that passes through, the smallest magnitude of
+// its volumes counts. The result is the largest such number of all edges.
 template <class V>
 WEFT_INLINE V piercing(const Triangle<V>& a, const Triangle<V>& b, const V (&volume)[3][3]) {
   const Lanes3<V> normal = cross(b.edge[0], b.edge[1]);
@@ -179,11 +179,12 @@ WEFT_INLINE Lanes<Float> verdict_of(const Frame<Lanes<Float>>& frame,
 // Decides most pairs of triangles without comparing edges with edges. The distance is at most that
 // of a corner from a point of the other triangle near the corner's projection. If all three corners
 // lie on one side of the other triangle's plane, the distance is at least their smallest distance
-// from that plane. The same holds for a plane through an edge beyond which all three corners lie.
+// from that plane. The same holds for a plane through an edge, perpendicular to the triangle,
+// beyond which all three corners lie.
 struct Sieve {
   using V = Lanes<float>;
   V squared;  // smallest upper bound of the squared distance so far
-  V beyond;   // positive if a plane proves the triangles apart
+  V beyond;   // positive if a plane proves the distance larger than the margin
 
   // Compares the corners of one triangle with the other triangle. `squared_margin` is slightly
   // above the square of the margin.

@@ -1,4 +1,5 @@
-// Vectors of floats as wide as the instruction set. For kernel files only, like box_lanes.h.
+// Vectors of floats as wide as the registers of the instruction set. For kernel files only, like
+// box_lanes.h.
 #pragma once
 
 #include <cstdint>

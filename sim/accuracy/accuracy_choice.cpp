@@ -42,8 +42,8 @@ struct Option {
   double factor = 0;
   double cost = 0;
   bool limited = false;  // true if contact or the table demand a finer setting than the accuracy
-  // Returns true if this option is preferable to the other. If both have at most the promised
-  // factor, the cheaper one is preferable, else the one with the smaller factor.
+  // Returns true if this option is preferable to the other. If both options have at most the
+  // promised factor, the cheaper option is preferable, else the option with the smaller factor.
   bool is_better_than(const Option& other) const {
     if (std::max(factor, other.factor) <= promised_factor) return cost < other.cost;
     return factor < other.factor;

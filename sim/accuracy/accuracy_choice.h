@@ -24,8 +24,8 @@ std::span<const CalibratedMethod> calibrated_methods();
 // of the linear solve much smaller than that of the step.
 void apply_setting(TimeCase& time, const CalibratedMethod& method, double setting);
 
-// Returns true if contact is enabled and bodies and obstacles together are more than one. Errors
-// then grow faster, so such scenes have rows of their own in the table.
+// Returns true if contact is enabled and the case has at least two bodies or obstacles. Errors then
+// grow faster, so such scenes have rows of their own in the table.
 bool has_meetings(const Case& source);
 
 // The measured error and cost of a method with one setting. Errors grow with the simulated time,
@@ -33,7 +33,7 @@ bool has_meetings(const Case& source);
 struct CalibrationRow {
   const char* method;
   bool meetings;
-  double setting;     // tolerance (m) or step (s); ascending within a method
+  double setting;     // tolerance (m) or step (s); ascending for equal `method` and `meetings`
   double error_rate;  // largest error during a run divided by the run's duration, m/s
   double factor;      // in nine of ten scenes, error_rate holds within this factor
   double cost;        // CPU time per simulated second, geometric mean of the scenes
@@ -51,10 +51,10 @@ bool has_chosen_tolerance(const Case& source);
 
 // Chooses the method and its setting if `time.accuracy` is given and no choice has been made yet.
 // Chooses the cheapest method whose CalibrationRow::factor is at most 3. Without such a method,
-// chooses the one with the smallest factor. A method that the case names is kept. Tolerances do not
-// exceed the limit that contact sets. Writes the choice to Case::time, Case::accuracy_choice and
-// Case::resolved_text. Throws CaseError if the table does not cover the accuracy, or has no rows
-// for the method that the case names.
+// chooses the method with the smallest factor. A method that the case names is kept. Tolerances do
+// not exceed the limit that contact sets. Writes the choice to Case::time, Case::accuracy_choice
+// and Case::resolved_text. Throws CaseError if the table does not cover the accuracy, or has no
+// rows for the method that the case names.
 void choose_accuracy(Case& target);
 
 }  // namespace weft::sim

@@ -30,7 +30,7 @@ constexpr int samples = 20;  // number of times at which the two runs are compar
 // Largest number of pairs of runs. If a run fails, the next pair has tolerances smaller by the
 // factor `looser`.
 constexpr int most_pairs = 3;
-// Ratio of the tolerance to try next to the tolerance of a failed run.
+// Factor by which a tolerance decreases after a run with it fails.
 constexpr double retreat = 0.25;
 
 TimeCase with_tolerance(const TimeCase& time, double tolerance) {
@@ -61,7 +61,7 @@ std::unique_ptr<const Scene> scene_with(const Case& target, const TimeCase& time
   return build_scene(source);
 }
 
-// The RMS distance between two runs: the largest of all bodies and sampled times.
+// The RMS distance between two runs: its largest value over all bodies and sampled times.
 struct Distance {
   double largest = 0;                 // m
   std::optional<double> parted_time;  // from this time (s), distances do not measure errors
@@ -158,7 +158,7 @@ bool Pilot::fails(const TimeCase& time) {
 }
 
 // Makes a run with these options. Returns true as soon as it has taken more work than a whole run
-// of verlet would. Returns false if it ends before, also by failure.
+// of verlet would. Returns false if it ends before, also if it fails or is stopped.
 bool Pilot::is_dearer_than_verlet(const TimeCase& time) {
   const auto scene = scene_with(target_, time);
   Statistics statistics;
@@ -247,9 +247,9 @@ void Pilot::correct_by(const Distance& apart, double loose) {
     target_.accuracy_choice += formatted(", since a run with %.3g m fails", wanted);
 }
 
-// Sets the tolerance of the case to `wanted` and returns it. If it exceeds `succeeded`, whose run
-// has succeeded, a run must confirm it. If the run fails, smaller tolerances down to `succeeded`
-// are tried.
+// Sets and returns the tolerance of the case. This is `wanted`, or a smaller tolerance if runs
+// fail. Tolerances up to `succeeded` need no run, because the run with `succeeded` has succeeded.
+// If a run with a larger tolerance fails, smaller tolerances down to `succeeded` are tried.
 double Pilot::make_sure(double wanted, double succeeded) {
   double tolerance = wanted;
   for (; tolerance > succeeded && !stopped();

@@ -12,8 +12,8 @@ namespace weft::sim {
 
 struct PilotOptions {
   // `notice` is called before each stage of the pilot with a description. `progress` is called
-  // during a stage with the simulated time it has reached (s, up to the duration). Both may be
-  // empty.
+  // during a stage with the simulated time it has reached (s, up to the duration). Both functions
+  // may be empty.
   std::function<void(const std::string& text)> notice;
   std::function<void(double time)> progress;
   // If not null, a nonzero value at this address stops the pilot after the current step. A signal
@@ -47,7 +47,7 @@ struct PilotReport {
 // The two runs may differ by more than a tenth of a body's motion or size. From then on their
 // distance no longer grows with the tolerance. If the accuracy then needs a tighter tolerance than
 // both runs have, the motion is reported as chaotic and the accuracy as out of reach. The table's
-// tolerance is then kept.
+// tolerance then replaces the corrected tolerance.
 //
 // If the case names no method and has no contact, `verlet` may replace the choice. A whole run of
 // verlet, with nine tenths of the longest stable step, must take less work than the looser of the

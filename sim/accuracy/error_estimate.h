@@ -9,8 +9,8 @@ namespace weft::sim {
 
 struct BodyError {
   std::string body;
-  // RMS distance between the body's particles in the two runs (m): the largest of all frames
-  // compared, and that of the last of these frames.
+  // RMS distance between the body's particles in the two runs (m): its largest value over the
+  // compared frames, and its value in the last of these frames.
   double largest = 0, last = 0;
   double largest_time = 0;  // time of the frame with the largest distance, s
 };

@@ -168,7 +168,7 @@ Handle Access::open_for_reading() const {
   H5Pset_file_locking(file_access.get(), false, true);
 #endif
   // HDF5 reads the file's size before its content, so a file that grows in between looks truncated.
-  // If opening fails, it is repeated if the file's size has changed meanwhile.
+  // A failed opening is repeated if the file's size has changed meanwhile.
   for (;;) {
     const auto size = std::filesystem::file_size(path_, error);
     const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDONLY, file_access.get());

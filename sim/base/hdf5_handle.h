@@ -95,8 +95,8 @@ class Access {
   std::string path_;
 };
 
-// Returns a simple data space of these dimensions. Datasets can grow up to `maximum`; if it is
-// empty, they cannot grow.
+// Returns a simple data space of these dimensions. Datasets can grow up to `maximum`. If `maximum`
+// is empty, they cannot grow.
 Handle make_space(const std::vector<hsize_t>& dimensions, const std::vector<hsize_t>& maximum = {});
 
 // Returns true if the shape is that of an image of positions: [rows, cols, 3] or [patches, rows,

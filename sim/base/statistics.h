@@ -7,7 +7,8 @@
 namespace weft::sim {
 
 struct Counters {
-  // Candidate lists (one per pair of neighbouring bodies or per body), summed over all updates.
+  // Number of candidate lists, summed over all updates. There is one list per pair of neighbouring
+  // bodies, and one per body with self-contact.
   std::int64_t body_pairs = 0;
   std::int64_t rebuilds = 0;            // pyramids rebuilt
   std::int64_t self_traversals = 0;     // pyramids traversed against themselves

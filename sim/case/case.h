@@ -1,6 +1,6 @@
-// A case file as data: one struct per table. The files *_schema.cpp describe each member once: key,
-// unit, limits and meaning. The parser, the JSON schema and the reference page use these
-// descriptions.
+// A case file as data: one struct per table. The files *_schema.cpp describe each member that has a
+// key once: key, unit, limits and meaning. The parser, the JSON schema and the reference page use
+// these descriptions.
 #pragma once
 
 #include <optional>
@@ -13,8 +13,8 @@
 
 namespace weft::sim {
 
-// A place in a case file, for messages. Line 0 marks a place without a line: a whole file, an
-// override (--set) or a preset.
+// A place in a case file, for messages. Line 0 marks a place without a line, such as a whole file,
+// an override (--set) or a preset.
 struct SourceLocation {
   std::string file;
   int line = 0;
@@ -27,17 +27,21 @@ enum class PreconditionerChoice { automatic, block_jacobi, multigrid };
 
 struct TimeCase {
   TimeMethod method = TimeMethod::cvode;
-  double duration = 1.0;             // s, > 0
-  double frames_per_second = 60.0;   // 1/s, > 0
-  std::optional<double> accuracy;    // m; error to aim for, from which tolerance or step follow
-  double position_tolerance = 1e-5;  // m; position error allowed per step
+  double duration = 1.0;            // s, > 0
+  double frames_per_second = 60.0;  // 1/s, > 0
+  std::optional<double> accuracy;   // m; error to aim for, from which tolerance or step follow
+  // m; position error allowed per step or, with fixed steps of an implicit method, in the solution
+  // of the equations of a step.
+  double position_tolerance = 1e-5;
   std::optional<double> velocity_tolerance;  // m/s; default 100 /s * position_tolerance
-  double relative_tolerance = 1e-4;          // velocity error per step, as a fraction of the speed
-  std::optional<double> step;                // s; length of fixed steps
-  int newton = 0;                            // Newton iterations per step; 0: until they converge
-  int maximum_order = 2;                     // highest order of the BDF method, 1..5
-  double minimum_step = 1e-7;                // s; shortest step
-  std::optional<double> maximum_step;        // s; longest step
+  double relative_tolerance = 1e-4;  // further error of the velocity per step, divided by the speed
+  std::optional<double> step;        // s; length of fixed steps
+  // Newton iterations per step; 0: until they converge. Contact may add iterations if a pin or an
+  // obstacle moves.
+  int newton = 0;
+  int maximum_order = 2;               // highest order of the BDF method, 1..5
+  double minimum_step = 1e-7;          // s; shortest step
+  std::optional<double> maximum_step;  // s; longest step
   PreconditionerChoice preconditioner = PreconditionerChoice::automatic;
   bool sleep = true;  // lets bodies that have come to rest sleep until something touches them
 };
@@ -72,14 +76,15 @@ struct ContactCase {
   Varying<double> friction = 0.0;      // Coulomb coefficient
   double friction_speed = 1e-2;        // m/s; sliding speed from which friction has its full force
   std::optional<double> search_slack;  // m; default: a quarter of the mean edge
-  bsi::Bound bound = bsi::Bound::box;  // bounding volumes of the search hierarchy
+  bsi::Bound bound = bsi::Bound::box;  // bounding volumes above the leaves of the search hierarchy
 };
 
 enum class MaterialModel { cloth, shell };
 enum class MembraneModel { triangles, springs };
 
 // A table of force per width against strain. The curve is linear between the points of the table,
-// and continues straight beyond the first and the last point.
+// and continues straight beyond the first and the last point. A curve of shear begins at strain 0;
+// at negative strains it is the mirror image.
 struct StretchCurveCase {
   std::vector<double> strains;   // increasing; one of them is 0
   std::vector<double> tensions;  // N/m, one per strain; never falling, 0 at strain 0
@@ -106,9 +111,10 @@ struct MeasuredMembraneCase {
 
 // Bending stiffness along the warp, at 45 degrees and along the weft.
 struct OrthotropicBendingCase {
-  std::vector<double> warp, bias, weft;  // bending stiffness (N m), one entry per curvature
-  std::vector<double> curvatures;        // 1/m, increasing from 0; empty if stiffness is constant
-  double factor = 1;                     // multiplies all stiffnesses
+  // Bending stiffness (N m), with one entry per curvature; one entry if `curvatures` is empty.
+  std::vector<double> warp, bias, weft;
+  std::vector<double> curvatures;  // 1/m, increasing from 0; empty: the stiffness is constant
+  double factor = 1;               // multiplies all stiffnesses
 };
 
 struct MaterialCase {
@@ -118,11 +124,11 @@ struct MaterialCase {
   double density = 0.2;  // kg/m^2, > 0; cloth only
   MembraneModel membrane = MembraneModel::triangles;
   double membrane_stiffness = 1000.0;  // Young's modulus times thickness (N/m); cloth only
-  double poisson_ratio = 0.3;          // used by isotropic triangles, isotropic bending and shells
+  double poisson_ratio = 0.3;          // used by isotropic triangles, all bending and shells
   std::optional<double> structural_stiffness;  // N/m; springs only; default: 3/4 membrane_stiffness
   std::optional<double> shear_stiffness;    // N/m; springs only; default: half the structural one
   std::optional<double> bend_stiffness;     // N/m; springs only; default: 0
-  double bending_stiffness = 0.0;           // D (N m); cloth only
+  double bending_stiffness = 0.0;           // N m; cloth only
   double youngs_modulus = 0;                // Pa; shells only
   double shell_thickness = 0;               // m; shells only
   double volume_density = 0;                // kg/m^3; shells only
@@ -135,15 +141,15 @@ struct MaterialCase {
   std::optional<double> strain_limit;       // largest principal strain, > 0; cloth only
   std::optional<double> yield_curvature;    // 1/m, > 0; cloth only
   double hardening = 0.0;                   // stiffness after yielding over that before it, < 1
-  Varying<double> normal_drag = 0.0;        // drag coefficient of air across the surface
-  Varying<double> tangential_drag = 0.0;    // drag coefficient of air along the surface
+  Varying<double> normal_drag = 0.0;        // drag coefficient of air that moves across the surface
+  Varying<double> tangential_drag = 0.0;    // drag coefficient of air that moves along the surface
 
   std::optional<OrthotropicMembraneCase> orthotropic_membrane;  // replaces membrane_stiffness
   std::optional<MeasuredMembraneCase> measured_membrane;        // replaces membrane_stiffness
   std::optional<OrthotropicBendingCase> orthotropic_bending;    // replaces bending_stiffness
 
   bool is_shell() const { return model == MaterialModel::shell; }
-  // True if the membrane consists of isotropic triangles or of springs.
+  // True if the membrane is isotropic or consists of springs.
   bool has_isotropic_membrane() const { return !orthotropic_membrane && !measured_membrane; }
   bool resists_bending() const { return bending_stiffness > 0 || orthotropic_bending; }
   double area_density() const { return is_shell() ? volume_density * shell_thickness : density; }
@@ -174,7 +180,7 @@ struct ShapeCase {
   ShapeType type = ShapeType::rectangle;
   std::vector<double> size;     // m; rectangle, plane: [x, y]; box: [x, y, z]
   std::vector<int> resolution;  // numbers of vertices; docs/guide.md, Shapes, has their order
-  std::vector<int> patches;     // [rows, cols] of patches; empty: the image is one patch
+  std::vector<int> patches;     // [rows, cols] of patches that cut the image; empty: it is not cut
   // m; disc, cylinder, capsule, cone (at its base), sphere, sphere_sector, blob.
   std::optional<double> radius;
   double top_radius = 0;               // m; cone: radius at its top, 0 for an apex
@@ -198,12 +204,14 @@ struct KeyframeCase {
   Vec3 translation{0, 0, 0};   // m
   Vec3 rotation_deg{0, 0, 0};  // rotation vector (axis times angle), degrees
 };
-// A rigid motion prescribed for a pin or an obstacle: x(t) = R(t) (x0 - centre) + centre + d(t).
-// R is the rotation and d the translation; x0 is the position of a point at t = 0.
+// A rigid motion prescribed for a pin or an obstacle: x(t) = R(t) (x0 - centre) + centre + d(t). R
+// is the rotation and d the translation; x0 is the position of a point at t = 0. If a pin takes
+// hold later, x0 is chosen such that x(t) begins at the position that the point then has.
 struct MotionCase {
-  Vec3 velocity{0, 0, 0};               // m/s
-  Vec3 angular_velocity_deg{0, 0, 0};   // degrees/s, about `centre`
-  std::optional<Vec3> centre;           // m; default: the mean of the moved points at t = 0
+  Vec3 velocity{0, 0, 0};              // m/s
+  Vec3 angular_velocity_deg{0, 0, 0};  // degrees/s, about `centre`
+  // m; default: the mean of the moved points at t = 0 or, if a pin takes hold later, at that time.
+  std::optional<Vec3> centre;
   double start_time = 0.0;              // s; the points are at rest before
   std::optional<double> stop_time;      // s; the points are at rest afterwards; default: no end
   std::vector<KeyframeCase> keyframes;  // if not empty, they replace the velocities
@@ -224,8 +232,9 @@ struct VertexSelection {
 
 struct PinCase {
   VertexSelection vertices;
-  bool clamp = false;                  // also holds the surface's tangent plane at held edges
-  std::vector<std::string> axes;       // held directions: "x", "y", "z"; empty: all
+  bool clamp = false;  // also holds the surface's tangent plane at held edges
+  // Held directions: "x", "y", "z". Empty: all directions, unless `symmetry` is given.
+  std::vector<std::string> axes;
   std::optional<Vec3> symmetry;        // normal of a plane of symmetry through the vertices
   double hold_time = 0;                // s; time from which the vertices are held
   std::optional<double> release_time;  // s; time from which the vertices are free; default: never
@@ -236,8 +245,8 @@ struct PinCase {
   bool slides() const { return !axes.empty() || symmetry.has_value(); }
 };
 
-// The shape in which a body starts, if it differs from its rest shape. It is either `shape` or the
-// rest shape bent onto a cylinder.
+// The shape in which a body starts instead of its rest shape, before BodyCase::stretch. It is
+// either `shape` or the rest shape bent onto a cylinder.
 struct StartCase {
   std::optional<ShapeCase> shape;     // same rows, columns, patches and seams as the rest shape
   std::optional<double> bend_radius;  // m; positive: borders move towards +z, negative: towards -z
@@ -249,7 +258,7 @@ struct BodyCase {
   std::string name;
   ShapeCase shape;
   std::string material;                // name of a [material.NAME]
-  std::optional<StartCase> start;      // default: the body starts in its rest shape
+  std::optional<StartCase> start;      // default: the rest shape
   Vec3 stretch{1, 1, 1};               // factors along the axes, applied before the rotation
   Vec3 position{0, 0, 0};              // m; translation after the rotation
   Vec3 rotation_deg{0, 0, 0};          // rotation vector (axis times angle), about the origin
@@ -353,10 +362,10 @@ struct OutputCase {
 enum class ComputeBackend { automatic, gpu, osmesa, cpu };
 
 struct ComputeCase {
-  std::optional<int> threads;  // default: chosen from the number of simulated vertices
+  std::optional<int> threads;  // default: from the numbers of simulated vertices and of processors
   ComputeBackend backend = ComputeBackend::automatic;  // device of the contact search
   std::optional<double> cpu_limit;                     // s; CPU time of the run
-  std::optional<double> memory_limit;  // MiB; default: nine tenths of the machine's memory
+  std::optional<double> memory_limit;  // MiB; default: default_memory_limit() (memory_estimate.h)
 };
 
 struct Case {
@@ -377,8 +386,9 @@ struct Case {
   std::vector<SeamCase> seam;          // [[seam]]
 
   std::string path;  // path of the case file; base of relative paths
-  // The case as TOML with every default and override; trajectories store it. Once time.accuracy has
-  // chosen a method and its tolerance or step, the text has these in place of time.accuracy.
+  // The case as TOML, with all overrides and with the defaults of all keys that apply
+  // (case_text()). Trajectories store it. Once time.accuracy has chosen a method and its tolerance
+  // or step, the text has these in place of time.accuracy.
   std::string resolved_text;
   // True if the file or an override gives time.method.
   bool method_given = false;

@@ -28,8 +28,8 @@ constexpr double velocity_tolerance_per_range = 0.5;  // 1/s
 // Highest BDF order that needs neither damping nor a tight tolerance. Orders 3 to 5 need both.
 constexpr int highest_unconditional_order = 2;
 constexpr double high_order_tolerance = 1e-6;  // m; largest position_tolerance of higher orders
-// Factor by which a value may exceed its limit due to rounding: 0.005 * 2e-3 and 1e-5 differ in the
-// last bit.
+// Factor by which a value may exceed its limit due to rounding: 0.005 * 7e-3 and 3.5e-5 differ in
+// the last bit.
 constexpr double rounding = 1 + 1e-9;
 
 class CaseChecker {
@@ -157,8 +157,8 @@ class CaseChecker {
     }
   }
 
-  // Refuses a name that two bodies or obstacles have. The trajectory stores obstacles as bodies, so
-  // the names of both must differ.
+  // Refuses a name that two bodies or two obstacles share, or a body and an obstacle, because the
+  // trajectory stores obstacles as bodies.
   void names() const {
     std::map<std::string, std::string> owners;  // name -> path
     const auto claim = [&](const std::string& name, const std::string& path) {

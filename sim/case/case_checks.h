@@ -8,15 +8,17 @@
 
 namespace weft::sim {
 
-// Throws CaseError, placed at the value that breaks a rule. Preconditions: every single value is
-// within its limits (case_schema.h), and BodyCase::material is set for every body.
+// Throws CaseError, placed at the value that breaks a rule or at the header of the table that lacks
+// a value. Preconditions: every single value is within its limits (case_schema.h), and
+// BodyCase::material is set for every body.
 void check_case(const Case& target, const Locations& locations);
 
 // Returns the largest time.position_tolerance (m) at which contact is reliable, or infinity if
 // contact is disabled.
 double position_tolerance_limit(const Case& target);
 
-// Returns a notice if the fixed step is longer than the time between frames, else an empty string.
+// Returns a notice if the fixed step is longer than 1 / frames_per_second. Returns an empty string
+// if it is not, or if no step is fixed.
 std::string long_step_notice(const TimeCase& time);
 // Returns a notice about the first pin whose hold_time or release_time is not before the end of the
 // run. Returns an empty string if there is none.

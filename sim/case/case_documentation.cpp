@@ -37,8 +37,8 @@ Json array_schema(Json items, std::size_t least, std::size_t most) {
   return schema;
 }
 
-// Visitor that returns the JSON schema of a field, with its default if the field has a constant
-// default value.
+// Visitor that returns the JSON schema of a field. The schema of a number, a boolean, a Vec3 or a
+// choice has the default, if that is a constant.
 struct FieldSchema {
   const Field& field;
 
@@ -92,8 +92,8 @@ struct FieldSchema {
     if (field.names.empty()) return entries({{"type", "string"}, {"pattern", identifier_pattern}});
     return entries({{"enum", field.names}});
   }
-  // Returns the schema of a value that may vary in time: a constant, a curve or a gust. Its default
-  // is always a constant.
+  // Returns the schema of a value that may vary in time: a constant, a curve or, if the field takes
+  // one, a gust. Its default is a constant.
   template <class Value>
   Json operator()(const Varying<Value>* value) const {
     const Value constant = value->constant();

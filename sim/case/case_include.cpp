@@ -43,8 +43,8 @@ std::vector<Include> take_includes(toml::table& tree, const std::string& file) {
   return includes;
 }
 
-// Returns the canonical path of a file, without symbolic links and dots. All paths to one file have
-// the same canonical path.
+// Returns the canonical path of a file, without symbolic links, "." and "..", or `file` itself if
+// the canonical path cannot be found. Paths to one file have one canonical path, except hard links.
 std::string identity_of(const std::string& file) {
   std::error_code error;
   const fs::path identity = fs::weakly_canonical(file, error);
@@ -73,8 +73,9 @@ void refuse_other_keys(const toml::table& tree) {
                   "expected " + expected);
 }
 
-// Makes the path of an obstacle's shape file, if it has one, relative to the case file. `folder` is
-// the relative path from the case file's folder to the folder of the included file.
+// Makes the path of an obstacle's shape file, if the shape has one, relative to the case file. An
+// absolute path does not change. `folder` is the folder of the included file, relative to that of
+// the case file or absolute.
 void move_shape_path(toml::table& obstacle, const fs::path& folder) {
   if (auto* path = obstacle["shape"]["path"].as_string()) *path = (folder / path->get()).string();
 }
@@ -85,7 +86,7 @@ class Merger {
       : root_(root), chain_{{path, identity_of(path)}}, seen_{identity_of(path)} {}
 
   // Merges the files that `tree`, the tree of the last file in `chain_`, includes. `folder` is the
-  // relative path from the case file's folder to the folder of that file.
+  // folder of that last file, relative to that of the case file or absolute.
   void merge_includes_of(toml::table& tree, const fs::path& folder) {
     for (const Include& include : take_includes(tree, chain_.back().path)) {
       merge_file(include, folder);

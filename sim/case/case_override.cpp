@@ -46,7 +46,7 @@ class Override {
     return toml::parse(std::string_view(text), std::string_view(source_));
   }
   // Parses the override's value into a document with the key "value". Text that is not a TOML value
-  // becomes a string. With `wants_string`, every other value becomes a string too.
+  // becomes a string. With `wants_string`, a TOML value of another type becomes a string, too.
   toml::table value(bool wants_string) const {
     try {
       toml::table document = parsed("value = " + value_);
@@ -67,7 +67,8 @@ class Override {
     table.insert_or_assign(toml::key(name, std::move(region)), std::move(*document.get("value")));
   }
 
-  // Returns the table under the current key. Creates an absent table.
+  // Returns the table under the current key. Creates an absent table. Throws CaseError if the key
+  // has a value of another type.
   toml::table& child_table() {
     if (table_->get(key()) == nullptr) set(*table_, key(), parsed("value = {}"));
     toml::table* child = table_->get(key())->as_table();
@@ -77,7 +78,8 @@ class Override {
     }
     return *child;
   }
-  // Returns the array under the current key. Throws CaseError if it is absent.
+  // Returns the array under the current key. Throws CaseError if the key is absent or has a value
+  // of another type.
   toml::array& child_array() const {
     toml::node* child = table_->get(key());
     if (child == nullptr) {
@@ -90,7 +92,8 @@ class Override {
     return *child->as_array();
   }
 
-  // Descends into the table under the current key, or sets the value if this is the last key.
+  // Sets the value if the current key is the last one. Otherwise descends into the table or list
+  // under this key, or sets an entry of the array under it.
   void step() {
     const Field* field = schema_.find(key());
     if (field == nullptr) {
@@ -192,7 +195,7 @@ class Override {
     ++position_;
   }
 
-  // Sets the entry of an array whose index is the next key.
+  // Sets an entry of the array under the current key. The next key is the index of the entry.
   void set_entry(const Field& field) {
     const bool is_array = std::holds_alternative<Vec3*>(field.member) ||
                           std::holds_alternative<Varying<Vec3>*>(field.member) ||
@@ -204,7 +207,8 @@ class Override {
     if (!is_array) {
       fail(in_quotes(key()) + " has no keys of its own", "expected " + expected_text(field));
     }
-    // An absent array starts as its default, so the other entries keep their default values.
+    // An absent array starts as its default, if it has a default, so the other entries keep their
+    // default values.
     const std::string by_default = value_text(field);
     if (table_->get(key()) == nullptr && !by_default.empty()) {
       set(*table_, key(), parsed("value = " + by_default));

@@ -14,9 +14,9 @@ namespace weft::sim {
 
 namespace {
 
-// Gives each body without a material the only material of the case. A case without materials gets
-// a material "default" with default values. Throws CaseError for a body without a material if the
-// case has several.
+// Gives each body without a material the only material of the case. A case without materials gets a
+// material "default" with default values. Throws CaseError for a body without a material if the
+// case has several materials.
 void choose_materials(Case& target, const Locations& locations) {
   if (target.material.empty()) {
     target.material.emplace_back().name = "default";
@@ -49,7 +49,8 @@ Case parse_case(const std::string& text, const std::string& path,
     if (changes_includes(each)) apply_override(root, each);
   }
   merge_includes(root, path);
-  // Overrides that choose presets come next. The remaining ones may then change values of a preset.
+  // Overrides that choose presets come next. The other overrides may then change values of a
+  // preset.
   for (const std::string& each : overrides) {
     if (changes_presets(each)) apply_override(root, each);
   }

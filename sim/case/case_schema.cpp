@@ -16,8 +16,8 @@ std::vector<NamedValue<TimeMethod>> named_methods() {
 
 }  // namespace
 
-// Every describe() below unpacks its struct by a structured binding. A new member in case.h
-// therefore does not compile until its binding names it.
+// Every describe() below unpacks its struct by a structured binding. A new member of such a struct
+// therefore does not compile until the binding names it.
 
 Table describe(TimeCase& target) {
   auto& [method, duration, frames, accuracy, position_tolerance, velocity_tolerance,

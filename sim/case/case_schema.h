@@ -1,6 +1,6 @@
-// The schema of a case file. It describes each struct of case.h once, as a list of fields. The
-// reader, the overrides, the writer of resolved cases, the JSON schema and the reference page use
-// these lists and therefore agree.
+// The schema of a case file. It describes each table once, as a list of fields. The reader, the
+// overrides, the writer of resolved cases, the JSON schema and the reference page use these lists
+// and therefore agree.
 #pragma once
 
 #include <functional>
@@ -66,9 +66,10 @@ struct Field {
   Limits limits;             // limits of a number, or of each number in an array
   bool required = false;     // if true, the table needs the key wherever the field applies
   bool identifier = false;   // if true, is_identifier() must hold for the string
-  std::string default_text;  // describes a default that is computed instead of stored
+  std::string default_text;  // default in words, if the member does not store it
   std::size_t minimum_entries = 1, maximum_entries = 0;  // size of an array; maximum 0: no limit
-  std::vector<std::string> names;  // values allowed for a name or for each of several; empty: any
+  // Allowed values of a string, or of each string in an array. Empty: no restriction to a list.
+  std::vector<std::string> names;
   // A field with a switch_key applies only if the Choice of this key, in the same table, applies
   // and has one of the switch_values. A field without a switch_key always applies.
   std::string switch_key;
@@ -143,9 +144,9 @@ std::vector<std::string> keys_that_vary();
 
 // True if the field, which belongs to `table`, applies there (see Field::switch_key).
 bool applies(const Field& field, const Table& table);
-// Returns the reason why a field does not apply: a field whose switch applies but has none of the
-// switch_values. It is the field itself, its switch, the switch of its switch, and so on.
-// Precondition: the field does not apply.
+// Returns the reason why a field does not apply: a field whose switch applies but does not have one
+// of the switch_values. It is the field itself, its switch, the switch of its switch, or a
+// switch further up. Precondition: the field does not apply.
 const Field& ruled_out_by(const Field& field, const Table& table);
 
 // Returns the values that a field allows, in words: `a number > 0 (s)`, `an array of 3 numbers

@@ -14,7 +14,7 @@ namespace weft::sim {
 
 namespace {
 
-// Largest number of vertices of a shape. It keeps every index of a vertex within an int.
+// Largest number of vertices of a shape, so that the index of a vertex in its shape fits an int.
 constexpr int most_vertices = 100'000'000;
 
 // The size of a shape's image. Rows and columns have 64 bits because, for some shapes, they exceed
@@ -49,6 +49,7 @@ ImageSize block_size(std::int64_t x, std::int64_t y, std::int64_t z) {
 }
 
 // True if the shape's uncut image is closed: its last column is joined to the first one.
+// Precondition: the shape does not come from a file.
 bool closes_around(const ShapeCase& shape) {
   switch (shape.type) {
     case ShapeType::annulus:
@@ -63,13 +64,13 @@ bool closes_around(const ShapeCase& shape) {
 }
 
 // Returns the number of rows of quads (axis 0) or of columns of quads (axis 1) in a shape's uncut
-// image.
+// image. Precondition: the shape does not come from a file.
 std::int64_t quads_along(const ShapeCase& shape, int axis) {
   const bool is_closed = axis == 0 ? shape.type == ShapeType::torus : closes_around(shape);
   return shape.resolution[axis] - (is_closed ? 0 : 1);
 }
 
-// Returns the size of the image of a shape that ShapeCase::patches may cut into equal patches.
+// Returns the size of a shape's image, cut into ShapeCase::patches if these are given.
 ImageSize cut_size(const ShapeCase& shape) {
   ImageSize size{1, shape.resolution[0], shape.resolution[1]};
   if (shape.patches.empty()) return size;
@@ -267,8 +268,8 @@ class RangeChecker {
     }
   }
 
-  // Refuses an empty range. If the size is unknown, a negative index cannot be compared with a
-  // positive one, and the range passes.
+  // Refuses an empty range. If the size is unknown, a negative index cannot be compared with one
+  // that is not negative, and the range passes.
   void order() const {
     std::int64_t first = range_[0];
     std::int64_t last = range_[1];

@@ -23,8 +23,9 @@ inline bool has_apex(const ShapeCase& shape) {
 // a file with a shape is relative.
 void check_shape(const ShapeCase& shape, const std::string& path, const std::string& case_path,
                  const Locations& locations);
-// Checks a start, like check_shape(). `rest` is the rest shape of the same body. `path` is the path
-// of the start in the case.
+// Checks a start, like check_shape(). If the start has no shape, the error is placed at the header
+// of its table. `rest` is the rest shape of the same body. `path` is the path of the start in the
+// case.
 void check_start(const StartCase& start, const ShapeCase& rest, const std::string& path,
                  const std::string& case_path, const Locations& locations);
 // Checks a selection of vertices of a body with this shape. Throws CaseError, placed at the value
@@ -34,8 +35,8 @@ void check_selection(const VertexSelection& vertices, const std::string& owner,
                      const ShapeCase& shape, const std::string& path, const Locations& locations);
 
 // Checks the ranges [first, last] of rows and columns in the image of a shape. Throws CaseError,
-// placed at the value that breaks a rule. Negative indices count from the end. An empty vector
-// stands for all rows or columns. `path` is the path of the table with the keys `rows` and `cols`.
+// placed at the value that breaks a rule. Negative indices count from the end. An empty vector is
+// not checked. `path` is the path of the table with the keys `rows` and `cols`.
 void check_rows_and_cols(const ShapeCase& shape, const std::vector<int>& rows,
                          const std::vector<int>& cols, const std::string& path,
                          const Locations& locations);

@@ -29,7 +29,8 @@ void refuse_unknown_keys(const toml::table& source, const std::vector<std::strin
                   "unknown key " + in_quotes(name) + " in " + heading(path), name_hint(name, keys));
 }
 
-// Throws CaseError if the value looks like a curve or a gust but the field must be constant.
+// Throws CaseError if the value looks like a curve or a gust but the field is a number or a vector
+// that cannot vary.
 void refuse_curve(const Field& field, const toml::node& node) {
   const bool is_number = std::holds_alternative<double*>(field.member) ||
                          std::holds_alternative<std::optional<double>*>(field.member) ||

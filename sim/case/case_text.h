@@ -22,7 +22,7 @@ std::string name_hint(const std::string& name, const std::vector<std::string>& c
 
 // Returns text that is safe for a terminal. Control characters and bytes that are not UTF-8 become
 // escapes (\n, \x1b), so no text from a file can move the cursor or set a title. With `keep_lines`,
-// line ends are not escaped.
+// \n is not escaped.
 std::string printable(const std::string& text, bool keep_lines = false);
 
 // Returns the text in quotes, made printable. A text of more than 160 bytes is cut to at most 80

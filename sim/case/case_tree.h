@@ -24,9 +24,9 @@ FileText read_text(const std::string& path);
 toml::table parse_toml(const std::string& text, const std::string& path);
 
 // Applies the override `text`, which is "KEY=VALUE" (see read_case()), to the tree. The override
-// becomes the source of the values that it sets. Throws CaseError for a text without "=", for an
-// unknown key, for an entry that the case does not have, and for a path that continues beyond a
-// value. The error's place is "--set KEY=VALUE", line 0.
+// becomes the source of the values that it sets. Throws CaseError for a text without "=", for a KEY
+// at which an override can set nothing, and for a VALUE that is not UTF-8 or has a key of too many
+// parts. The error's place is "--set KEY=VALUE", line 0.
 void apply_override(toml::table& root, const std::string& text);
 
 // Returns the place of a node or key. If it comes from an override or a preset, its file is
@@ -34,8 +34,8 @@ void apply_override(toml::table& root, const std::string& text);
 SourceLocation location_of(const toml::source_region& source);
 
 // Returns the position of the first key with more than a thousand parts (a.a.a...) in TOML text, or
-// npos if there is none. toml++ makes a table per part and overflows the stack at some ten thousand
-// parts.
+// npos if there is no such key. Text in a string or a comment may count as a key, too. toml++ makes
+// a table per part and overflows the stack at some ten thousand parts.
 std::size_t find_deep_key(const std::string& text);
 
 // Returns the first key of a table, in the order of the text, that is not in `allowed`. Returns

@@ -8,9 +8,11 @@
 
 namespace weft::sim {
 
-// Returns the case as TOML with every default, in the order of the schema. Computed defaults become
-// comments, and so does source.accuracy_choice. If that is empty, parse_case() turns the text back
-// into an equal case with the identical text, provided that the files named by the text exist.
+// Returns the case as TOML, with the defaults of all keys that apply. The keys are in the order of
+// the schema, except that tables come after the values beside them. Defaults without a value become
+// comments, and so does source.accuracy_choice. If accuracy_choice is empty, parse_case() turns the
+// text back into an equal case with the identical text, provided that the files named by the text
+// exist.
 std::string case_text(const Case& source);
 
 // Returns the value of a field as TOML. Returns an empty text for a table, an empty list or an

@@ -8,8 +8,8 @@
 
 namespace weft::sim {
 
-// The times of frames are output.frame_times, if given. Otherwise they are the start, every
-// multiple of 1 / time.frames_per_second, and the end of the run.
+// The times of frames are output.frame_times, if given. Otherwise they are the start, the multiples
+// of 1 / time.frames_per_second before the end of the run, and this end.
 class FrameTimes {
  public:
   explicit FrameTimes(const Case& source);

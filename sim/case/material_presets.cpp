@@ -25,7 +25,7 @@ struct PresetText {
 
 #include "sim/case/material_presets.inc"
 
-// Prefix of the source file of all values of presets.
+// All values from presets have a source file whose name starts with this text.
 constexpr std::string_view preset_place = "preset \"";
 
 toml::array* array_at(toml::table& keys, const char* table, const char* key) {
@@ -80,7 +80,8 @@ bool is_of_preset(const toml::node& node) {
   return path && path->starts_with(preset_place);
 }
 
-// Moves the entries of `more` that `table` lacks into `table`. Copies would lose their source file.
+// Moves the entries of `more` that `table` lacks into `table`, because copies would lose their
+// source file.
 void fill(toml::table& table, toml::table& more) {
   for (auto&& [key, node] : more) {
     toml::node* own = table.get(key.str());
@@ -127,7 +128,7 @@ void remove_overridden(toml::table& table, const Table& schema) {
   for (const std::string& key : overridden) table.erase(key);
 }
 
-// Calls visit(material) for every material of the tree that names a preset.
+// For every material that names a preset, calls visit(material).
 template <class Visit>
 void for_each_preset(toml::table& root, const Visit& visit) {
   toml::table* materials = root["material"].as_table();

@@ -17,7 +17,7 @@ struct PresetChange {
 struct MaterialPreset {
   std::string name, description;
   std::string source;  // publication from which the numbers come
-  toml::table keys;    // keys of a [material.NAME]; their source file is `preset "NAME"`
+  toml::table keys;    // keys of a material; their source file is, for example, `preset "cotton"`
   std::vector<PresetChange> changes;
 };
 
@@ -25,20 +25,20 @@ struct MaterialPreset {
 const std::vector<MaterialPreset>& material_presets();
 std::vector<std::string> preset_names();
 
-// True if the override "KEY=VALUE" sets the preset of a material, or replaces a material as a
-// whole.
+// True if the override "KEY=VALUE" sets the preset of a material, or replaces one material or all
+// materials as a whole.
 bool changes_presets(const std::string& override_text);
-// Adds the keys of the preset to every material of the tree that names a preset. Keys that the
-// material itself has are not replaced. Throws CaseError for an unknown preset, with the nearest
-// name as hint.
+// Adds the keys of the preset to every material that names a preset. Keys that the material itself
+// has are not replaced. Throws CaseError for an unknown preset, with the hint of name_hint().
 void add_presets(toml::table& root);
-// Removes keys of presets that the keys of the case itself exclude or switch off. For example, a
-// membrane_stiffness in the case removes a preset's measured_membrane.
+// Removes keys of presets that do not go with keys of the case itself, or that a switch of their
+// table turns off. For example, a membrane_stiffness in the case removes a preset's
+// measured_membrane.
 void remove_overridden_presets(toml::table& root);
 
 // Return all presets with their values, sources and changes. The first function returns text for
-// people, the second one JSON object {"presets": [{"name", "description", "source", "keys": {...},
-// "changes": [{"key", "published", "value"}]}]}.
+// people, the second function a JSON object {"presets": [{"name", "description", "source", "keys":
+// {...}, "changes": [{"key", "published", "value"}]}]}.
 std::string material_presets_text();
 std::string material_presets_json();
 

@@ -15,14 +15,15 @@ struct SceneSize {
   std::vector<double> body, obstacle;
 };
 
-// Returns the number of vertices of every shape of the case, or 0 for a shape from a file.
+// Returns the number of vertices of every body and obstacle, or 0 if its shape comes from a file.
 // Precondition: check_shape() accepts the shapes.
 SceneSize size_of_case(const Case& source);
 
 // Returns the estimated peak memory of a run (bytes), correct within a factor of two. It comprises
 // meshes, states, forces, matrices with their coarse levels, pyramids, candidate pairs and recorded
-// channels. Measured runs gave the memory per vertex: 2.5 kB of an implicit method without contact
-// and bending, 6 kB with both. OpenGL contexts and the second run of --estimate-error are left out.
+// channels. Measured runs gave the memory per vertex: 2.5 kB for an implicit method without contact
+// and bending, 6 kB with contact and bending. OpenGL contexts and the second run of
+// --estimate-error are left out.
 double estimate_memory(const Case& source, const SceneSize& size);
 
 // Returns the index of the shape that needs the most memory. Bodies come first, then obstacles.
@@ -30,8 +31,8 @@ std::size_t largest_shape(const Case& source, const SceneSize& size);
 
 // Returns compute.memory_limit or, if the case does not give it, default_memory_limit() (bytes).
 double memory_limit(const Case& source);
-// Returns nine tenths of the memory (bytes) of the machine or, if smaller, of the limit of this
-// process's control group.
+// Returns nine tenths (bytes) of the machine's memory, or of the limit that this process's control
+// group has, if that limit is less.
 double default_memory_limit();
 
 // Returns the reason to refuse a scene that exceeds the limit: "the scene needs about 570 GiB of

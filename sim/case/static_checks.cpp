@@ -44,7 +44,8 @@ class StaticChecker {
     }
   }
 
-  // Refuses values that vary in time. Proportional and arc-length loading do not follow them.
+  // Refuses values that vary in time, because proportional and arc-length loading do not follow
+  // them.
   void refuse_varying(const Table& table, const std::string& path) const {
     for (const Field& field : table.fields) {
       const std::string place = join_path(path, field.key);

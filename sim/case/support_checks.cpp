@@ -85,7 +85,7 @@ class SupportChecker {
     }
   }
 
-  // Refuses selectors that this type of load does not use.
+  // Refuses selectors that this type of load does not use, and a lack of selectors that it needs.
   void selection(const LoadCase& load, const std::string& path, const BodyCase& body) const {
     const bool is_point = load.type == LoadType::point;
     const bool is_edge = load.type == LoadType::line || load.type == LoadType::moment;

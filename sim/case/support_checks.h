@@ -6,9 +6,9 @@
 
 namespace weft::sim {
 
-// Throws CaseError for a load that names no body, selects nothing, or uses a selector that its type
-// does not allow. Also throws it for a pin whose `axes` or `symmetry_normal` its body does not
-// allow.
+// Throws CaseError for a load that names no body, for a type of load that the body does not allow,
+// and for selectors that do not suit the type of a load. Also throws it for a pin with faulty
+// `axes` or `symmetry_normal`, or with one of these keys where the body does not allow it.
 void check_loads_and_supports(const Case& target, const Locations& locations);
 
 }  // namespace weft::sim

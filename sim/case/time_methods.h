@@ -10,7 +10,8 @@ namespace weft::sim {
 
 struct TimeMethodTraits {
   // The rule for the step length. fixed: `time.step`. chosen: the method chooses it. either:
-  // `time.step` if given, else the method. loads: one load step per frame.
+  // `time.step` if given, else the method. loads: one load step per frame, or several where one
+  // step fails.
   enum class Steps { fixed, chosen, either, loads };
 
   TimeMethod method;
@@ -19,7 +20,7 @@ struct TimeMethodTraits {
   int order;          // order of convergence; for cvode, the largest time.maximum_order
   Steps steps;
   bool is_explicit;    // true if the method needs no stiffness matrix
-  bool is_calibrated;  // true if `time.accuracy` can choose a tolerance for the method
+  bool is_calibrated;  // true if the calibration of `time.accuracy` covers the method
   bool finds_equilibria() const { return steps == Steps::loads; }
 };
 

@@ -12,7 +12,7 @@
 namespace weft::sim {
 
 // The interpolation of a curve between two of its times. linear: straight. smooth: eased, with zero
-// derivatives at the times. step: constant until the next time.
+// first and second derivatives at the times. step: constant until the next time.
 enum class Between { linear, smooth, step };
 
 // A curve through values at given times. The first value holds before the first time, and the last

@@ -23,7 +23,7 @@ struct ChannelPlace {
 
 // Returns the fields that a trajectory holds for a body, besides the positions. A simulated body
 // has every field that `output` requests. An obstacle or a body held as a whole has at most the
-// velocity. A body that does not move has none.
+// velocity. A body that does not move has no fields.
 std::vector<ChannelPlace> channel_fields(const SceneBody& body, const OutputCase& output);
 
 // The fields and records of a run, and their values at the time of the last compute(). Channels

@@ -137,7 +137,7 @@ SurfaceTensors::SurfaceTensors(const SceneBody& body, bool bends, int threads,
   if (bends) add_hinges(bsi::build_mesh(body.atlas), clamped, held);
 }
 
-// Sets the nodes beyond the clamped edges of a triangle to their ghosts. The numbers of ghosts
+// Sets the nodes beyond the clamped edges of a triangle to their ghosts. The indices of ghosts
 // follow those of the particles.
 void SurfaceTensors::clamp(std::span<const ClampedEdge> clamped, int triangle,
                            Hinges& hinges) const {

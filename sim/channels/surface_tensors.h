@@ -30,16 +30,16 @@ struct PlaneTensor {
 
 // The principal values of a tensor by particle, with major >= minor. `direction` is the unit vector
 // of the major principal axis, three numbers per particle. Its sign has no meaning and is chosen to
-// make the largest component positive.
+// make the component of largest magnitude positive.
 struct PrincipalValues {
   std::vector<double> major, minor, direction;
 };
 
-// Elastic moduli of a plate. `stiffness` is E h / (1 - nu^2) (N/m) for strain in its plane, or D
-// (N m) for bending.
+// Elastic moduli of a plate. `stiffness` is the bending stiffness (N m) or, for strain in the plane
+// of the plate, the membrane stiffness divided by 1 - nu^2 (N/m), where nu is the Poisson ratio.
 struct PlateModuli {
   double stiffness = 0, poisson_ratio = 0;
-  // Returns stiffness [(1 - nu) e + nu tr(e) 1], where e is the strain and nu the Poisson ratio.
+  // Returns stiffness [(1 - nu) e + nu tr(e) 1], where e is the strain.
   PlaneTensor response(const PlaneTensor& strain) const;
 };
 
@@ -52,7 +52,7 @@ class SurfaceTensors {
  public:
   // The body must have a material and outlive this object. Curvature, moment and bending energy
   // need `bends`, which takes more memory. `clamped` lists the edges that clamps hold. `held` marks
-  // triangles that do not bend; if it is empty, none is marked. O(particles).
+  // triangles that do not bend; if it is empty, all triangles bend. O(particles).
   SurfaceTensors(const SceneBody& body, bool bends, int threads,
                  std::span<const ClampedEdge> clamped = {}, std::span<const char> held = {});
 
@@ -91,11 +91,11 @@ class SurfaceTensors {
     // Cosine and sine of the angle from the edge 0->1 to the warp.
     double warp_cosine = 1, warp_sine = 0;
   };
-  // The bending of a triangle at its three edges. A border edge has no neighbouring triangle and
-  // thus no angle of its own: it takes the angle of least energy, which is linear in the other
-  // angles. The entries of `curvature` for the other edges include the border edge's contribution.
+  // The bending of a triangle at its three edges. A border edge that is not clamped has no angle of
+  // its own: it takes the angle of least energy, which is linear in the other angles. The entries
+  // of `curvature` for the other edges include the contribution of that border edge.
   struct Hinges {
-    std::array<int, 3> across{-1, -1, -1};   // node beyond the edge; -1 at a border edge
+    std::array<int, 3> across{-1, -1, -1};   // node beyond the edge; -1 at a free border edge
     std::array<double, 3> rest_angle{};      // angle at rest (rad)
     std::array<PlaneTensor, 3> curvature{};  // curvature per angle, in the rest plane (1/m per rad)
   };

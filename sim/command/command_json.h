@@ -1,4 +1,5 @@
-// The JSON objects that commands print with `--json`, whether they succeed or fail.
+// The JSON objects that `weft run`, `weft modes` and `weft buckling` print with `--json`, and those
+// of any command that fails.
 #pragma once
 
 #include <optional>
@@ -17,7 +18,7 @@ namespace weft::sim {
 std::string report_json(const RunCommand& command, const Case& source, const RunReport& report,
                         int code);
 // Return the report of `weft modes` and of `weft buckling`, as JSON. `code` is the exit code of the
-// command. The list of modes is empty if none were found.
+// command. The list of modes is empty if no mode was found.
 std::string modes_json(const RunCommand& command, const ModesReport& report,
                        const VibrationModes& found, int code);
 std::string modes_json(const RunCommand& command, const ModesReport& report,

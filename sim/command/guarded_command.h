@@ -23,7 +23,8 @@ struct GuardedCommand {
   std::function<int()> run;  // runs the command and returns its exit code
 };
 // Runs the command in a separate process (sim/base/reading_process.h) and returns its exit code. If
-// the process crashes, prints a message that names the file and returns exit_code::input_output.
+// a signal ends the process, prints a message that names the file and returns
+// exit_code::input_output.
 int run_guarded(const GuardedCommand& command);
 
 // Calls run(title) and returns its exit code. `run` sets `title` once it has read the case. For a
@@ -32,7 +33,7 @@ int run_guarded(const GuardedCommand& command);
 int report_faults(const RunCommand& command,
                   const std::function<int(std::optional<std::string>& title)>& run);
 
-// Prints `text` as a line on standard error, with control characters escaped.
+// Prints `text` and a line end on standard error. Control characters other than \n are escaped.
 void complain(const std::string& text);
 
 }  // namespace weft::sim

@@ -331,8 +331,9 @@ void add_bench(CLI::App& app, Arguments& arguments) {
   bench->callback([&arguments, bench] { arguments.code = run_bench(bench->remaining()); });
 }
 
-// Returns a message with a hint, such as `did you mean "--force"?`, about the first argument that
-// no command or option accepts. Returns an empty text if there is no such argument.
+// Returns a message about the first argument that no command or option accepts, with a hint if
+// there is one, such as `did you mean "--force"?`. Returns an empty text if there is no such
+// argument.
 std::string hint_for_unknown(const CLI::App& app) {
   const std::vector<std::string> unknown = app.remaining(true);
   if (unknown.empty()) return "";

@@ -30,7 +30,8 @@ std::string formatted(const char* format, auto... values) {
 // The steps that `weft modes` and `weft buckling` share.
 class Analysis {
  public:
-  // Reads the case. Throws FileError if the trajectory exists and may not be overwritten.
+  // Reads the case. Throws CaseError as read_case() does, and FileError if the trajectory exists
+  // and may not be overwritten.
   Analysis(const ModesCommand& command, const std::string& suffix,
            std::optional<std::string>& title)
       : command_(command), source_(read_case(command.run.case_path, command.run.overrides)) {
@@ -71,15 +72,16 @@ class Analysis {
     report_.trajectory = path_;
   }
 
-  // Returns the table followed by the number of unknowns, the CPU time and the trajectory's path.
+  // Returns the table followed by the number of unknowns, the CPU time and, if a trajectory was
+  // written, its path.
   std::string with_footer(std::string table, int unknowns) const {
     table += formatted("%s, %.3g s of CPU\n", counted(unknowns, "unknown", "unknowns").c_str(),
                        command_.run.started.elapsed().cpu);
     if (!report_.trajectory.empty()) table += "trajectory " + report_.trajectory + '\n';
     return table;
   }
-  // Prints the results, as a JSON object with --json or else as the table, and then a failure, if
-  // any. Returns the exit code.
+  // With --json, prints the results as a JSON object. Otherwise prints the table, unless there is a
+  // failure. Then prints a message about the failure, if there is one. Returns the exit code.
   int finish(const auto& modes, const std::string& table) {
     const int code = report_.failure ? exit_code::numerical_failure : exit_code::done;
     report_.cost = command_.run.started.elapsed();
@@ -94,7 +96,7 @@ class Analysis {
  private:
   const ModesCommand& command_;
   Case source_;
-  std::string path_;  // path of the trajectory to be written; empty: none
+  std::string path_;  // path of the trajectory; empty: no trajectory is written
   std::optional<CaseEquilibrium> equilibrium_;
   ModesReport report_;
 };
@@ -144,8 +146,8 @@ void write(Analysis& analysis, const BucklingModes& found) {
   analysis.write(modes, {{"load_factor", "1"}});
 }
 
-// Writes the found modes to the trajectory, if one is wanted, and prints them. Returns the exit
-// code.
+// Writes the found modes to the trajectory, if one is wanted and nothing has failed, and prints the
+// results. Returns the exit code.
 int deliver_modes(Analysis& analysis, const auto& found) {
   if (!analysis.report().failure) analysis.report().failure = found.failure;
   write(analysis, found);

@@ -19,12 +19,12 @@ struct ModesCommand {
   double load_factor = 0;    // `weft buckling`: load factor of the equilibrium
 };
 
-// Computes natural modes about the equilibrium of a case, and prints their frequencies. The
-// trajectory is DIRECTORY/NAME_modes.h5, where NAME is that of the case file. Returns the exit
-// code.
+// Computes natural modes about the equilibrium or the start shape of a case, and prints their
+// frequencies. With `writes`, the trajectory is DIRECTORY/NAME_modes.h5, where NAME is the name of
+// the case file without its extension. Returns the exit code.
 int show_modes(const ModesCommand& command);
-// Computes critical load factors, and prints them. The trajectory is DIRECTORY/NAME_buckling.h5,
-// where NAME is that of the case file. Returns the exit code.
+// Computes critical load factors, and prints them. With `writes`, the trajectory is
+// DIRECTORY/NAME_buckling.h5, with NAME as for show_modes(). Returns the exit code.
 int show_buckling(const ModesCommand& command);
 
 // The results of `weft modes` or `weft buckling` apart from the modes themselves.

@@ -11,7 +11,8 @@ namespace weft::sim {
 
 namespace {
 
-// Shortest time between two drawings on a terminal, and time before the first line elsewhere (s).
+// Shortest time (s) between two drawings on a terminal, and time (s) after which a first line is
+// printed elsewhere if no tenth has been passed.
 constexpr double redrawn_after = 0.1, first_line_after = 1;
 
 std::string minutes_and_seconds(double seconds) {
@@ -27,7 +28,8 @@ std::string four_digits(double value) {
   return text;
 }
 
-// Returns the number of characters that fit on a line of the terminal at present.
+// Returns the number of characters that fit on a line of the terminal at present, or 79 if its
+// width is unknown.
 std::size_t columns() {
   winsize size{};
   const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;

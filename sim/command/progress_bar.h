@@ -8,7 +8,7 @@ namespace weft::sim {
 
 // A progress bar. On a terminal it is one line, cut to the terminal's width. It is drawn by the
 // constructor and then redrawn at most ten times per second. Elsewhere it prints whole lines: one
-// after a second, and one at every tenth of the range.
+// whenever a tenth of the range is passed, and one after a second if none was printed before.
 class ProgressBar {
  public:
   // The name and unit of the number whose progress is shown, as in "t = 0.2 of 2 s" or "picture 3
@@ -22,7 +22,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  // Shows the number `value`, unless the bar was drawn less than a tenth of a second ago.
+  // Shows the number `value` if, by the rules above, the bar may be redrawn or a line is due.
   void show(double value);
   // Erases the line of a terminal.
   void clear();

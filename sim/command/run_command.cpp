@@ -64,7 +64,7 @@ void warn_of_errors(const ErrorEstimate& estimate) {
                "there\n";
 }
 
-// Prints the CPU time (s) of the run and of its parts.
+// Prints the total CPU time (s) and that of each part of the bill.
 void print_bill(const Bill& bill) {
   std::printf("  %.3g s of CPU: set-up %.3g", bill.total.cpu, bill.setup.cpu);
   if (bill.pilot.cpu > 0) std::printf(", pilot %.3g", bill.pilot.cpu);
@@ -102,8 +102,8 @@ int with_scene(const RunCommand& command, const auto& prepare, const auto& use) 
   });
 }
 
-// Throws CaseError if the method finds equilibria. An equilibrium has no error of time steps, which
-// --estimate-error would measure.
+// Throws CaseError if the method finds equilibria, because an equilibrium has no error of time
+// steps that --estimate-error could measure.
 void refuse_static(const Case& source) {
   if (!traits_of(source.time.method).finds_equilibria()) return;
   throw CaseError({"--estimate-error"}, "time.method = \"static\" has no error of time steps",

@@ -28,9 +28,9 @@ inline constexpr int bad_case = 2;
 inline constexpr int input_output = 4;
 }  // namespace exit_code
 
-// Runs a case. Writes the trajectory DIRECTORY/NAME.h5, where NAME is that of the case file. Prints
-// results on standard output, progress and errors on standard error. Returns the exit code: one of
-// exit_code or, after a signal, 130 (SIGINT) or 143 (SIGTERM).
+// Runs a case. Writes the trajectory DIRECTORY/NAME.h5, where NAME is the name of the case file
+// without its extension. Prints results on standard output, progress and errors on standard error.
+// Returns the exit code: one of exit_code or, after a signal, 130 (SIGINT) or 143 (SIGTERM).
 int run_case(const RunCommand& command);
 // Checks a case. Prints what its scene needs and which parts of the computation it skips. Returns
 // the exit code.

@@ -24,8 +24,9 @@ struct ChosenSearch {
 };
 
 // Chooses the processor by compute.backend of the case. With `auto`, a graphics processor runs the
-// search if there is one and it is faster than the CPU. Both are timed on this scene. Throws
-// CaseError if the case asks for a device that is missing or too small for the scene.
+// search if the machine has one that works and is faster than the CPU. Both processors are timed on
+// this scene. Throws CaseError if the case asks for a device that is missing or too small for the
+// scene.
 ChosenSearch choose_search(const Scene& scene);
 
 }  // namespace weft::sim

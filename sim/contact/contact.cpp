@@ -35,7 +35,7 @@ void Contact::with_map(const Use& use) const {
 }
 
 // Maps positions of particles to positions of surface points, except on obstacles that have poses.
-// PlacedPoints::place() computes points of those when they are needed.
+// PlacedPoints::place() computes points of these obstacles when they are needed.
 PlacedPoints Contact::on_surface(const PlacedParticles& now, Points& points) const {
   const bool has_poses = !now.poses.empty();
   if (scene_.surface_map.is_identity())
@@ -195,7 +195,7 @@ double Contact::energy() const {
 }
 
 // For each pair with normal n, adds weight_i block(pair) n (n . sum_j weight_j in_j) to out_i. The
-// indices i and j number the four points of the pair.
+// indices i and j number the four points of the pair. Points that are not dynamic are left out.
 template <class Block>
 void Contact::add_pair_products(const Block& block, std::span<const Vec3> in,
                                 std::span<Vec3> out) const {

@@ -13,8 +13,8 @@ namespace weft::sim {
 
 // Positions of all particles at one time, m. `poses` may have one pose per obstacle of
 // RigidObstacles::all(). If it is given, the positions of these obstacles need not be valid.
-// Contact writes positions of the obstacles to `room` when it needs them, and their velocities
-// (m/s) to `velocity` unless `velocity` is empty.
+// Contact may write positions of the obstacles to `room`, and their velocities (m/s) to `velocity`
+// unless `velocity` is empty.
 struct PlacedParticles {
   // Takes the positions of all particles, without poses.
   PlacedParticles(std::span<const Vec3> given) : position(given) {}  // NOLINT: implicit
@@ -27,8 +27,8 @@ struct PlacedParticles {
 };
 
 // Upper bounds (m) of the distances of particles from their straight paths. `body` has one bound
-// for all particles of each body, `particle` one per dynamic particle. Both are empty if all paths
-// are straight.
+// for all particles of each body, `particle` one per dynamic particle. Both lists are empty if all
+// paths are straight.
 struct PathStray {
   std::span<const double> body, particle;
 };
@@ -57,8 +57,8 @@ class Contact {
   Contact(const Scene& scene, Statistics& statistics)
       : Contact(scene, statistics, {make_cpu_search(scene), {}}) {}
 
-  // Finds the pairs in reach and their forces. `velocity` is that of all particles (m/s). Returns a
-  // fault if a position is not finite or a gap is not positive.
+  // Finds the pairs in reach and their forces. `velocity` has one entry per particle (m/s). Returns
+  // a fault if a position is not finite or a gap is not positive.
   [[nodiscard]] std::optional<ContactFault> evaluate(const PlacedParticles& now,
                                                      std::span<const Vec3> velocity, int threads);
   [[nodiscard]] std::optional<ContactFault> evaluate(std::span<const Vec3> position,
@@ -86,7 +86,8 @@ class Contact {
   void subtract_stiffness(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
   // Adds the diagonal blocks of gamma^2 K + gamma D to `diagonal`.
   void add_diagonal(double gamma, std::span<Mat3> diagonal) const;
-  // Calls visit(row, column, block) for every block of gamma^2 K + gamma D, pair by pair.
+  // Calls visit(row, column, block) for the part of each pair in each block of gamma^2 K + gamma D.
+  // A block is the sum of its parts.
   template <class Visit>
   void visit_blocks(double gamma, const Visit& visit) const;
   // Sets the Coulomb coefficient of later evaluations.
@@ -116,12 +117,12 @@ class Contact {
   std::span<const char> touched() const { return surface_.touched(); }
   void forget_touched() { surface_.forget_touched(); }
   // Returns the smallest gap (m) of the pairs in reach at the last evaluate(), or nothing if there
-  // are none.
+  // are no such pairs.
   std::optional<double> smallest_gap() const;
 
-  // Returns a fault unless every pair of features provably stays apart and ends with a positive
-  // gap. The proof covers the straight paths start -> end and all paths that deviate from them by
-  // at most `stray`.
+  // Returns a fault unless every pair of features that ContactSearch covers provably stays apart
+  // and ends with a positive gap. The proof covers the straight paths start -> end and all paths
+  // that deviate from them by at most `stray`.
   [[nodiscard]] std::optional<ContactFault> check_path(const PlacedParticles& start,
                                                        const PlacedParticles& end,
                                                        const PathStray& stray = {});
@@ -134,8 +135,9 @@ class Contact {
   // surfaces may meet on it. Unlike check_path(), it does not require a gap.
   [[nodiscard]] std::optional<ContactFault> check_crossing(const PlacedParticles& start,
                                                            const PlacedParticles& end);
-  // Sets *smallest_gap to the smallest gap (m) within the range at `position`, or to infinity if
-  // there is none. Returns a fault if a gap is not positive.
+  // Sets *smallest_gap to the smallest gap (m) of the candidates at `position`, or to infinity if
+  // there are no candidates. The candidates include all pairs within the range. Returns a fault if
+  // a gap is not positive, or if a position is not finite.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
                                                         double* smallest_gap);
   // Returns a fault if two features of one body are closer than thickness + range at `position`, or
@@ -143,8 +145,9 @@ class Contact {
   [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
 
  private:
-  // Positions (m) and velocities (m/s) of all surface points at one time. Empty if the points are
-  // the particles.
+  // Positions (m) and velocities (m/s) of the surface points at one time. Points of obstacles with
+  // poses are valid only after PlacedPoints::place(). Both lists are empty if the points are the
+  // particles. `start_` and `end_` have no velocities.
   struct Points {
     std::vector<Vec3> position, velocity;
   };

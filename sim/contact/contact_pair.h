@@ -24,8 +24,8 @@ struct ContactLaw {
 
 // Friction of a pair. It acts on the tangential sliding velocity u with the forces lever_i^T f,
 // where lever_i = du / dv_i. u is the velocity of the first feature's closest point minus the
-// velocity of the second feature there. To this end, one feature is extended as a rigid body. If
-// one belongs to an obstacle, it is the extended one. Of two dynamic features, the second is
+// velocity of the second feature there. To this end, one feature is extended as a rigid body. If a
+// feature belongs to an obstacle, that feature is extended. Of two dynamic features, the second is
 // extended. It rotates with its triangle or, for two edges, with the plane that both edges span. u
 // is then zero in every rigid motion of all four points, so that the friction forces have neither a
 // resultant nor a torque.
@@ -40,7 +40,7 @@ struct ContactPair {
   // Weights of the points, as in bsi::Closest. They sum to +1 on the first feature, and to -1 on
   // the second.
   std::array<double, 4> weight{};
-  Vec3 normal{0, 0, 0};    // from the second feature's closest point to the first's
+  Vec3 normal{0, 0, 0};    // unit vector from the second feature to the first
   double coefficient = 1;  // factor of the pair's forces and energy; negative for subtracted terms
   double gap = 0;          // m
   double energy = 0;       // J
@@ -61,8 +61,8 @@ double apply_push(const ContactLaw& law, double thickness, double mollifier,
 Vec3 rigid_spin(const std::array<Vec3, 3>& position, const std::array<Vec3, 3>& velocity);
 
 // Returns the friction of a pair whose push is known. Returns nothing if there is no friction, or
-// if the four points do not span a surface. `obstacle_spin` is the angular velocity (rad/s) of the
-// feature that belongs to an obstacle, if any. `barrier_push` is the result of apply_push(). It
+// if two dynamic features do not span a surface. `obstacle_spin` is the angular velocity (rad/s) of
+// the feature that belongs to an obstacle, if any. `barrier_push` is the result of apply_push(). It
 // excludes damping, which jumps at an impact and would make Newton's iteration fail more often.
 std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
                                    double barrier_push, const bsi::Closest& closest,

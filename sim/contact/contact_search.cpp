@@ -16,8 +16,8 @@ namespace {
 // Distance (m) from the origin at which a point counts as lost.
 constexpr double lost_distance = 1e15;
 
-// Distance by which a body's box is widened on every side, as a fraction of its diagonal. With more
-// room, boxes have more neighbours. With less, bodies leave their boxes more often.
+// Distance by which a moving body's box is widened on every side, as a fraction of its diagonal.
+// With more room, boxes have more neighbours. With less room, bodies leave their boxes more often.
 constexpr double room = 0.125;
 
 // Returns the default slack: a quarter of the mean length of the edges of dynamic bodies at rest,
@@ -174,7 +174,7 @@ ContactSearch::Displacement ContactSearch::displacement(std::span<const Vec3> sn
 }
 
 // Returns a point of the body that is not finite or farther than lost_distance from the origin, if
-// any. A sphere in float32 could not contain this point.
+// any.
 std::optional<int> ContactSearch::find_lost(std::span<const Vec3> position, int body) const {
   const auto points = of_body(position, body);
   const auto lost = std::find_if(points.begin(), points.end(), [](const Vec3& p) {

@@ -59,28 +59,28 @@ std::vector<CandidateList> neighbours_at_start(const Scene& scene);
 // Returns the distance (m) by which candidate lists reach beyond thickness + range.
 double search_slack(const Scene& scene);
 
-// Keeps candidate lists of pairs of bodies. The lists contain every pair of features closer than
-// thickness + range at the positions or along the paths of the last update. They are built with a
-// slack and remain valid until the bodies have moved by that distance. A translation of a whole
-// body does not count for pairs within the body. A common translation of two bodies does not count
-// for pairs between them.
+// Keeps candidate lists of pairs of bodies. With the exceptions below, the lists contain every pair
+// of features closer than thickness + range at the positions or along the paths of the last update.
+// They are built with a slack and remain valid until the bodies have moved by that distance. A
+// translation of a whole body does not count for pairs within the body. A common translation of two
+// bodies does not count for pairs between them.
 //
-// Every body has a box that is larger than necessary. Pairs of bodies whose boxes do not meet have
-// no list and cost nothing. A body that leaves its box gets a new box, and a tree finds its new
-// neighbours. If the bounding spheres of two neighbours are farther apart than their list reaches,
-// the list stays empty until the bodies might have met.
+// Every body has a box. The box of a moving body is larger than necessary. Pairs of bodies whose
+// boxes do not meet have no list and cost nothing. A body that leaves its box gets a new box, and a
+// tree finds its new neighbours. If the bounding spheres of two neighbours are farther apart than
+// their list reaches, the list stays empty until the bodies might have met.
 //
 // Obstacles that move as rigid bodies may be given by their poses, from which their positions and
-// displacements are bounded. Their vertices are placed only where lists are built from them.
+// displacements are bounded. Their vertices are placed only where positions are needed.
 //
-// Pairs of features whose points all follow prescribed paths are left out, because no force could
-// separate them.
+// The lists leave out pairs of features with a common vertex. They also leave out pairs whose
+// points all follow prescribed paths, because no force could separate these features.
 class ContactSearch {
  public:
   ContactSearch(const Scene& scene, Statistics& statistics, ChosenSearch search);
 
-  // Makes the lists complete at the positions `now` of all surface points, m. If a point is not
-  // finite or is extremely far away (1e15 m), returns its index.
+  // Makes the lists complete at the positions `now` of all surface points, m. If a point of a
+  // moving body is not finite or is extremely far away (1e15 m), returns its index.
   [[nodiscard]] std::optional<int> update(const PlacedPoints& now);
   [[nodiscard]] std::optional<int> update(std::span<const Vec3> position) {
     return update(PlacedPoints(position));
@@ -115,7 +115,8 @@ class ContactSearch {
   using Box = BodyTree::Box;
   struct Tracked {
     // Positions of the body's points when its lists were last built, m. For lists of paths, these
-    // are the ends of the paths. Empty if the body does not move or has not had a list yet.
+    // are the ends of the paths. Empty if the body does not move or has not had a list yet, or if
+    // `pose` replaces it.
     std::vector<Vec3> snapshot;
     std::vector<Vec3> path_start;  // m, starts of the paths; empty without paths
     // For a rigid obstacle given by its pose, the poses that replace `snapshot` and `path_start`.

@@ -39,7 +39,7 @@ class OpenGlSearch : public PairSearch {
   bool takes_frames() const override { return true; }
 
   // Rebuilds pyramids on the device and, for pairs with moving rigid obstacles, on the CPU. A body
-  // with a pyramid on both counts once in the result.
+  // with a pyramid on both processors counts once in the result.
   int rebuild(std::span<const BodyPath> paths) override {
     std::vector<gpu::BodyImage> images;
     std::vector<BodyPath> rigid, others;

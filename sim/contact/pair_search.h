@@ -1,5 +1,6 @@
 // The search for pairs of quads that come near each other, which is the first stage of the contact
-// search. It runs on the CPU or on an OpenGL device, with the same results.
+// search. It runs on the CPU or on an OpenGL device. The device may leave out quads whose features
+// stay out of reach.
 #pragma once
 
 #include <array>
@@ -46,8 +47,8 @@ class PairSearch {
   virtual int rebuild(std::span<const BodyPath> paths) = 0;
   // Sets found[i] to the quad pairs of query i (bsi/traversal.h, with the tangent certificate), in
   // any order. A pair may be missing if at the ends of its paths it is farther apart than the
-  // margin plus twice the longest path of its corners. Increases the counters. Precondition: all
-  // bodies of the queries have been rebuilt.
+  // margin plus twice the longest path of its corners. Increases the counters by the tests on the
+  // CPU. Precondition: all bodies of the queries have been rebuilt.
   virtual void find(std::span<const PairQuery> queries,
                     std::vector<std::vector<bsi::LeafPair>>& found,
                     bsi::TraversalCounters& counters) = 0;

@@ -224,7 +224,7 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
 }
 
 // Marks the sleeping body of a group if it is touched. Only the second body of a group can sleep,
-// because sleeping bodies have higher numbers than dynamic bodies.
+// because sleeping bodies have higher indices than dynamic bodies.
 void SurfaceContact::note_touch(const PairGroup& group, std::span<const Vec3> position) {
   if (!scene_.bodies[group.body_b].sleeps || touched_[group.body_b] != 0) return;
   const double reach = group.thickness + range_;
@@ -377,8 +377,8 @@ void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features,
   found.pairs.push_back(pair);
 }
 
-// Returns the value of the mollifier of two edges. Records the forces from its slope, which turn
-// the edges towards parallel. The barrier of parallel edges is zero.
+// Returns the value of the mollifier of two edges. Records the forces from its slope. They turn the
+// edges towards parallel, because the barrier of parallel edges is zero.
 double SurfaceContact::mollify(const Pair& pair, const bsi::Closest& closest,
                                std::span<const Vec3> position, const ContactLaw& law,
                                Found& found) const {
@@ -442,8 +442,8 @@ std::optional<ContactFault> SurfaceContact::check_part(const PairGroup& group, s
                                                        std::span<const Vec3> start,
                                                        std::span<const Vec3> end,
                                                        const PathDemand& demand) const {
-  // On the path, only half the thickness is required. The ends have the whole thickness. A path is
-  // therefore refused only if it comes clearly closer than its ends.
+  // If a gap is demanded, the end must keep the whole thickness, but the path only half of it. A
+  // path is therefore refused only if it comes clearly closer than its end.
   const double half = demand.gap ? 0.5 * group.thickness : 0.0;
   const PointStray& stray = demand.stray;
   // The cheap test uses the largest strays of both bodies. The stray of a single pair may be

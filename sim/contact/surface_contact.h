@@ -23,19 +23,19 @@ struct ContactFault {
   enum class Kind { not_finite, touching, crossing, in_reach, overstretched };
   Kind kind = Kind::touching;
   // The surface points of the pair. In a fault of kind not_finite, only the first entry is used. It
-  // is a point in results of SurfaceContact, and a particle otherwise. In a fault of kind
-  // overstretched, which only Dynamics finds, the first entry is a particle.
+  // is a point in results of SurfaceContact, and a particle in results of Contact. In a fault of
+  // kind overstretched, which only Dynamics finds, the first entry is a particle.
   std::array<int, 4> nodes{-1, -1, -1, -1};
   double gap = 0;  // m
   std::string describe(const Scene& scene) const;
-  // Returns a particle at which the fault occurred. It is the one with the largest weight in the
-  // first point; for kind not_finite, it is nodes[0].
+  // Returns a particle at which the fault occurred. It is the particle with the largest weight in
+  // the first point. For the kind not_finite, it is nodes[0].
   int particle(const Scene& scene) const;
 };
 
 // Upper bounds (m) of the distances of surface points from their straight paths. `body` has one
-// bound for all points of each body, `point` one per dynamic point. Both are empty if all paths are
-// straight.
+// bound for all points of each body, `point` one per dynamic point. Both lists are empty if all
+// paths are straight.
 struct PointStray {
   std::span<const double> body, point;
 };
@@ -67,8 +67,8 @@ class SurfaceContact {
   // (m/s). Returns a fault if a position is not finite or a gap is not positive.
   [[nodiscard]] std::optional<ContactFault> evaluate(const PlacedPoints& now,
                                                      std::span<const Vec3> velocity, int threads);
-  // pairs(), sliding() and mollified() return results of the last evaluate(). There are none after
-  // a fault. The argument of sliding() is ContactPair::sliding.
+  // pairs(), sliding() and mollified() return results of the last evaluate(). There are no results
+  // after a fault. The argument of sliding() is ContactPair::sliding.
   std::span<const ContactPair> pairs() const { return pairs_; }
   const Sliding& sliding(int number) const { return sliding_[number]; }
   bool has_sliding() const { return !sliding_.empty(); }
@@ -86,9 +86,9 @@ class SurfaceContact {
   // Returns the processor that runs the contact search.
   const ComputeChoice& compute() const { return search_.compute(); }
 
-  // Returns a fault unless every pair of features provably stays apart and ends with a positive
-  // gap. The proof covers the straight paths start -> end and all paths that deviate from them by
-  // at most `stray`.
+  // Returns a fault unless every pair of features that ContactSearch covers provably stays apart
+  // and ends with a positive gap. The proof covers the straight paths start -> end and all paths
+  // that deviate from them by at most `stray`.
   [[nodiscard]] std::optional<ContactFault> check_path(const PlacedPoints& start,
                                                        const PlacedPoints& end,
                                                        const PointStray& stray);
@@ -96,8 +96,9 @@ class SurfaceContact {
   // surfaces may meet on it. Unlike check_path(), it does not require a gap.
   [[nodiscard]] std::optional<ContactFault> check_crossing(const PlacedPoints& start,
                                                            const PlacedPoints& end);
-  // Sets *smallest_gap to the smallest gap (m) within the range at `position`, or to infinity if
-  // there is none. Returns a fault if a gap is not positive.
+  // Sets *smallest_gap to the smallest gap (m) of the candidates at `position`, or to infinity if
+  // there are no candidates. The candidates include all pairs within the range. Returns a fault if
+  // a gap is not positive, or if a position is not finite.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
                                                         double* smallest_gap);
   // Returns a fault if two features of one body are closer than thickness + range at `position`, or

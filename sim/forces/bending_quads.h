@@ -16,9 +16,10 @@ namespace weft::sim {
 struct BendingQuads {
   std::vector<std::array<int, QuadSurroundings::count>> nodes;  // global indices, or no_node
   // Bending moduli of a quad's triangles over the angles of their hinges, N m. Zero for triangles
-  // whose stiffness depends on the curvature.
+  // whose stiffness depends on the curvature, and for triangles that triangles_at_clamps() marks.
   std::vector<std::array<materials::Mat3, 2>> moduli;
-  // Maps from the hinge angles of such triangles to their curvatures. Other maps are zero.
+  // Maps from hinge angles to curvature, for triangles whose stiffness depends on the curvature.
+  // Zero for other triangles, and for triangles that triangles_at_clamps() marks.
   std::vector<std::array<materials::StrainMapOf<double>, 2>> maps;
   VaryingNumbers damping_times;  // s, by quad
   bool is_damped = false;        // true if damped at any time
@@ -32,9 +33,9 @@ struct BendingQuads {
   std::vector<std::array<materials::YieldLaw, 2>> laws;
 };
 
-// Returns the quads of all dynamic bodies of cloth that resist bending and whose material is
-// selected. The order is that of the bodies. Triangles that triangles_at_edges() marks have zero
-// stiffness.
+// Returns the quads of all dynamic bodies of cloth that resist bending and for which
+// selects(material) is true. The order is that of the bodies. Triangles that triangles_at_edges()
+// marks have zero stiffness.
 BendingQuads bending_quads(const Scene& scene,
                            const std::function<bool(const MaterialCase& material)>& selects);
 

@@ -21,8 +21,8 @@ inline LaneRows rows_of(const BlockBatch& value, int start) {
   return rows;
 }
 
-// Adds the blocks of the first `lanes` stencils to upper blocks of a matrix, whose indices are
-// `places`. Not inlined, because the code is long and every pair of nodes uses it.
+// Adds the blocks of the first `lanes` stencils to the upper blocks of a matrix with the indices
+// `places`. Not inlined, because its code is long and each batch calls it for many pairs of nodes.
 [[gnu::noinline]] inline void add_block(int lanes, const BlockBatch& value,
                                         const LaneIntegers& places, BlockMatrix& matrix) {
   using materials::lane_count;

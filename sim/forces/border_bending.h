@@ -24,7 +24,7 @@ inline constexpr int no_particle = -1;
 // sewn edge, the surface is the triangle of the other border.
 struct BorderTriangle {
   std::array<int, 6> particles;  // global indices; no_particle: ghost or border
-  // Numbers of the ghosts in MovingPoints, by edge.
+  // Indices of the ghosts in MovingPoints, by edge; no_particle for edges without a ghost.
   std::array<int, 3> ghosts{no_particle, no_particle, no_particle};
   std::array<int, 3> pins{-1, -1, -1};    // by edge: index of the clamp in the body's list of pins
   std::array<int, 3> bodies{-1, -1, -1};  // by sewn edge with a ghost: index into Scene::bodies
@@ -32,7 +32,7 @@ struct BorderTriangle {
   int body = 0;                           // index into Scene::bodies
   int case_body = 0;                      // index into Case::body
   int triangle = 0;                       // index into the body's mesh
-  Vec3 factors{1, 1, 1};                  // by edge: 2 if clamped, SeamFold::share if sewn
+  Vec3 factors{1, 1, 1};                  // by edge: 2 if clamped, SeamFold::share if sewn, else 1
   Vec3 rest_angles{0, 0, 0};              // rad, by edge
   Eigen::Matrix3d modulus = Eigen::Matrix3d::Zero();  // N m, over the three angles
   // Law with a stiffness that depends on the curvature. Null if the law is linear.

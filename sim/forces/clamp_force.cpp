@@ -43,8 +43,8 @@ void add_clamped_body(const Scene& scene, int b, BorderTriangles& all) {
 
 }  // namespace
 
-// Returns null only if the case has no clamps. While no clamp holds, the force has no triangles,
-// and the trajectory still records its energy.
+// Returns null only if the case has no clamps. While no clamp holds an edge of a dynamic body, the
+// force has no triangles, and the trajectory still records its energy.
 std::unique_ptr<Force> make_clamp_force(const Scene& scene) {
   if (!has_clamps(scene.source)) return nullptr;
   BorderTriangles all;

@@ -80,7 +80,7 @@ class FabricMembraneForce final : public Force {
   // Adds K = G (A B^T w'' B) G^T + sum_i s_i d^2 q_i / dx dx and D = beta G (A B^T V B) G^T. The
   // q_i are the changes of squared edge lengths, and G = dq/dx. B maps q to strains, and the s_i
   // are the tensions. A is the area, w the energy per area, V the viscosity and beta the damping
-  // time.
+  // time. The semi-definite form of K uses V in place of w'' and leaves out the terms with s_i < 0.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
     const bool semi_definite = definiteness == Definiteness::semi_definite;
@@ -101,8 +101,8 @@ class FabricMembraneForce final : public Force {
       batch.strains.map.data()[i].values[lane] = membrane.strains.map.data()[i];
     batch.strains.area.values[lane] = membrane.strains.area;
   }
-  // Computes rest lengths by the same operations as later lengths. The force on a body at rest is
-  // therefore exactly zero.
+  // Computes rest lengths by the same operations as later lengths. The force on a body in its rest
+  // shape is therefore exactly zero, unless damping acts.
   void set_rest_lengths(const std::vector<Vec3>& rest) {
     quads_.for_each_batch(1, [&](int first) {
       const Corners x = quads_.gather(first, rest);

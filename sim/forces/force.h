@@ -21,7 +21,7 @@ struct Kinematics {
 };
 
 // The form of the stiffness matrix K. The exact form may be indefinite, for example under
-// compression. The semi-definite form leaves out the terms that can make it indefinite.
+// compression. The semi-definite form leaves out or replaces the terms that can make it indefinite.
 enum class Definiteness { exact, semi_definite };
 
 // Matrices to which forces add K = -dF/dx (N/m) and D = -dF/dv (N s/m). K and D may be joined, with
@@ -58,7 +58,8 @@ class Force {
   virtual bool is_membrane() const { return false; }
   // True if the force depends on velocities at any time. Only then does it add to D.
   virtual bool has_damping() const = 0;
-  // True if the force exchanges energy with something outside the simulation, such as air.
+  // True for drag and applied loads, which exchange energy with the outside of the simulation and
+  // store none.
   virtual bool is_external() const { return false; }
   // True if the force is an applied load.
   virtual bool is_load() const { return false; }
@@ -70,7 +71,7 @@ class Force {
   virtual bool is_constraint() const { return false; }
   // True if coefficients or moving points of the force vary in time.
   virtual bool varies() const { return false; }
-  // Sets coefficients and moving points to their values at `now`. They remain until the next call.
+  // Sets coefficients and moving points to their values at `now`, which remain until the next call.
   // If varies(), this must be called before the first evaluation.
   virtual void set_time(const Instant& /*now*/) {}
   // Returns the work of one evaluation of all forces of a scene in which this force is the most

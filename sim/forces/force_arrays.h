@@ -1,5 +1,5 @@
-// Makers of the forces of a scene. A maker of a single force returns null if the scene does not
-// need the force.
+// Makers of the forces of a scene. A maker of a single force may return null, which means that the
+// scene does not need the force.
 #pragma once
 
 #include <memory>
@@ -30,11 +30,11 @@ std::unique_ptr<Force> make_load_force(const Scene& scene);  // applied loads
 
 // Returns the bending force of all cloth that yields. Null if no dynamic body yields.
 std::unique_ptr<Force> make_yielding_bending_force(const Scene& scene);
-// Returns the bending force of all cloth with this material, whose bending stiffness depends on the
-// curvature. Null if no dynamic body has the material.
+// Returns the bending force of all dynamic cloth with this material; null if no dynamic body has
+// the material. Precondition: the bending stiffness of the material depends on the curvature.
 std::unique_ptr<Force> make_curved_bending_force(const Scene& scene, const MaterialCase& material);
-// Returns one membrane force for each material in use whose tension is a nonlinear function of the
-// strain.
+// Returns one membrane force for each material of dynamic bodies in which the tension is a
+// nonlinear function of the strain.
 std::vector<std::unique_ptr<Force>> make_fabric_membrane_forces(const Scene& scene);
 
 }  // namespace weft::sim

@@ -100,7 +100,7 @@ class LoadElements {
   struct Point {
     int load = 0;
     double measure = 0;     // length (m) or area (m^2) at rest; 1 for a vertex
-    double parameters = 0;  // length or area in parameter space
+    double parameters = 0;  // area in parameter space, for pressures
     std::array<double, nodes> value{}, slope_u{}, slope_v{};
   };
 
@@ -153,7 +153,8 @@ class LoadElements {
   }
 
   std::vector<Stencil> stencils_;
-  std::vector<int> first_point_;  // by element: index of its first point; then the number of points
+  // Index of the first point, by element. The last entry is the count of all points.
+  std::vector<int> first_point_;
   std::vector<Point> points_;
   StencilArray<nodes> elements_;
 };

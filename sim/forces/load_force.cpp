@@ -101,7 +101,7 @@ class LoadForce final : public Force {
   LoadElements<4> cells_;
   LoadElements<9> quadratic_;
   LoadElements<16> cubic_;
-  std::vector<Curves> curves_;  // one entry per load on a dynamic body
+  std::vector<Curves> curves_;  // one entry per dynamic body and load on it
   // For each entry of curves_, the value at the time of set_time(), multiplied by factor_.
   std::vector<LoadValue> values_;
   double factor_ = 1;

@@ -21,7 +21,7 @@ using materials::TriangleMembraneOf;
 
 using Corners = MembraneCorners;
 
-// Quads and the membranes of their triangles, which are isotropic (TriangleMembraneOf) or
+// Quads, and the membranes of their triangles. The membranes are isotropic (TriangleMembraneOf) or
 // orthotropic (OrthotropicMembraneOf).
 template <template <class> class MembraneOf>
 struct MembraneQuads {
@@ -59,8 +59,8 @@ class MembraneForce final : public Force {
         batch.damping_time.values[lane] = quads.membranes[i][t].damping_time;
       }
     }
-    // Rest lengths are computed by the same operations as later lengths. The force on a body at
-    // rest is therefore exactly zero.
+    // Rest lengths are computed by the same operations as later lengths. The force on a body in its
+    // rest shape is therefore exactly zero, unless damping acts.
     quads_.for_each_batch(1, [&](int first) {
       const Corners x = quads_.gather(first, rest);
       for (int t = 0; t < 2; ++t) {
@@ -116,7 +116,8 @@ class MembraneForce final : public Force {
   }
 
  private:
-  // WEFT_FLATTEN inlines all calls in a function, because calls would pass vectors through memory.
+  // WEFT_FLATTEN (stencil_array.h) inlines the calls in a function, because calls would pass
+  // vectors through memory.
   WEFT_FLATTEN Lanes batch_energy(int first, std::span<const Vec3> position) const {
     if (quads_.is_run(first)) return energy_of(first, quads_.gather_run(first, position));
     return energy_of(first, quads_.gather(first, position));
@@ -185,8 +186,8 @@ class MembraneForce final : public Force {
   }
 
   // Adds D = beta `blocks` to the damping matrix. If K and D are joined, multiplies `blocks` by 1 +
-  // beta / gamma and adds D times `into.along` to `into.product` instead. Both triangles of a quad
-  // have the same damping time beta.
+  // beta / gamma and adds D times `into.along` to `into.product` instead. The damping time beta is
+  // that of the quad, so both triangles have it.
   void scatter_damping(int first, const Corners& x, const Derivatives& into,
                        QuadBlocks& blocks) const {
     const auto& [one, other] = membranes_[first / lane_count];
@@ -211,8 +212,8 @@ class MembraneForce final : public Force {
 };
 
 // Returns the force of all dynamic bodies with a material for which selects(material) is true; null
-// if there are none. make(body, triangle, rest positions of its nodes) returns the membrane of a
-// triangle.
+// if there are no such bodies. make(body, triangle, rest positions of its nodes) returns the
+// membrane of a triangle.
 template <template <class> class MembraneOf, class Selects, class Make>
 std::unique_ptr<Force> force_of(const Scene& scene, const Selects& selects, const Make& make) {
   MembraneQuads<MembraneOf> quads;

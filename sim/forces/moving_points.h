@@ -1,4 +1,4 @@
-// Points that move rigidly with pins or obstacles and are not part of the state.
+// Points that rest or move rigidly with pins or obstacles, and are not part of the state.
 #pragma once
 
 #include <vector>
@@ -11,7 +11,7 @@ namespace weft::sim {
 // which vertices are tied.
 class MovingPoints {
  public:
-  // Adds a point whose place at t = 0 is `start` (m), and returns its number. The point moves with
+  // Adds a point whose place at t = 0 is `start` (m), and returns its index. The point moves with
   // `held`, which must outlive this object. It rests if `held` does not move or is null.
   int add(const PrescribedMotion& held, const Vec3& start) {
     return add(held.moves ? &held : nullptr, start);

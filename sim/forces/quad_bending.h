@@ -86,7 +86,7 @@ class QuadBending : public Force {
   bool is_damped_ = false;        // true if damped at any time
 };
 
-// Bending with the law `Batch`. An object of type Batch has the laws of materials::lane_count
+// Bending with the law `Batch`. An object of type Batch has the laws of up to materials::lane_count
 // consecutive quads. Strains are changes of the hinge angles from their rest values (rad). The
 // energy W belongs to the two triangles of a quad, without the triangles beyond its sides.
 //   Hinges rest_angles;                                       // rad
@@ -101,8 +101,8 @@ class BendingForce : public QuadBending {
  public:
   BendingForce(const BendingQuads& quads, std::vector<Batch> batches, const std::vector<Vec3>& rest)
       : QuadBending(quads, static_cast<int>(rest.size())), batches_(std::move(batches)) {
-    // Rest angles are computed by the same operations as later angles. The force on a body at rest
-    // is therefore exactly zero.
+    // Rest angles are computed by the same operations as later angles. The force on a body in its
+    // rest shape is therefore exactly zero, unless damping acts.
     quads_.for_each_batch(1, [&](int first) {
       Batch& batch = batches_[first / materials::lane_count];
       batch.rest_angles.fill(0);
@@ -125,7 +125,8 @@ class BendingForce : public QuadBending {
 
   // Adds K = B^T C B + sum_h moment_h d^2 theta_h / dx dx and D = beta B^T V B, with the hinge
   // angles theta and B = d theta / dx. The semi-definite form of K leaves out the sum and uses the
-  // viscosity V in place of the tangent modulus C.
+  // viscosity V in place of the tangent modulus C. The sum has no term for a hinge beside a
+  // triangle without area.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int threads) override {
     quads_.for_each_batch(
@@ -133,7 +134,6 @@ class BendingForce : public QuadBending {
   }
 
  protected:
-  // Returns the batches. Each has the laws of materials::lane_count consecutive quads.
   std::vector<Batch>& batches() { return batches_; }
   Hinges strains_at(int first, std::span<const Vec3> position) const {
     return strains_of(batch_of(first), hinge_vectors(quads_.gather(first, position)));

@@ -22,7 +22,8 @@ struct QuadSurroundings {
     return node == 1 || node == 2 || node == 4 || node == 5;
   }
   // False if one node lies across a side of one triangle, and the other across a side of the other
-  // triangle. No angle of a triangle depends on both nodes.
+  // triangle. The energy of a triangle depends only on the angles at its own sides, so neither
+  // triangle's energy depends on both nodes.
   static constexpr bool couples(int a, int b) {
     const auto around_one = [](int node) { return node == 3 || node == 6; };
     const auto around_other = [](int node) { return node == 2 || node == 7; };
@@ -50,7 +51,8 @@ struct HingedTriangle {
     }
     return -1;
   }
-  // Returns the index of the triangle's hinge across which `node` lies, or -1 if there is none.
+  // Returns the index of the triangle's hinge across which `node` lies, or -1 if there is no such
+  // hinge.
   constexpr int across(int node) const {
     if (own(node) >= 0) return -1;
     for (int i = 0; i < 3; ++i) {

@@ -8,11 +8,11 @@
 
 namespace weft::sim {
 
-// Adds the values of batches that are runs (stencil_nodes.h). Values for the same particle from
-// consecutive nodes are summed in registers and added to memory once, because separate additions
-// would wait for each other. If a node follows another, its value in the last stencil belongs to a
-// particle of the next batch. If the next batch continues the run, the value is added with it,
-// otherwise by finish().
+// Adds the values of batches that are runs (stencil_nodes.h). A node that follows another stands
+// for the particles after those of the other node. Values of both nodes for the same particle are
+// summed in registers and added to memory together, because separate additions would wait for each
+// other. The value of a following node in the last stencil waits for the next batch. If the next
+// batch continues the run, the value is added with that batch, otherwise by finish().
 template <int Nodes, class Layout>
 class RunScatter {
  public:
@@ -67,8 +67,11 @@ class RunScatter {
 
   const StencilNodes<Nodes, Layout>& stencils_;
   std::span<Vec3> sums_;
-  std::array<std::array<Lanes, 3>, Nodes> last_;  // last batch's values of nodes that follow others
-  std::array<int, Nodes> next_;  // by node: particle of its last value; no_node: none
+  // Values of the last batch, by node. Used for nodes that follow others.
+  std::array<std::array<Lanes, 3>, Nodes> last_;
+  // By node: the particle to which its value in the last stencil of the last batch belongs. no_node
+  // if no value waits.
+  std::array<int, Nodes> next_;
 };
 
 }  // namespace weft::sim

@@ -18,7 +18,8 @@ struct AirOnBody {
   materials::Drag now;  // density times coefficients at the time of set_time(), kg/m^3
 };
 
-// The elements of all shells of one degree. Each element has 2 x 2 Gauss points.
+// The elements of all dynamic shells of one degree that have drag. Each element has 2 x 2 Gauss
+// points.
 template <int degree>
 class DragElements {
  public:
@@ -75,7 +76,7 @@ class DragElements {
   static constexpr int points_per_element = 4;
 
   struct Point {
-    double weight = 0;  // area of the parameter space that the point stands for
+    double weight = 0;  // weight of quadrature: an area in parameter space
     Values value{}, slope_u{}, slope_v{};
   };
 

@@ -16,11 +16,11 @@
 
 namespace weft::sim {
 
-// The elements of all shells of one degree. Bending is integrated at the bending points of both
-// axes (SplineAxis::bending_points). The strain along a parameter line is integrated at the strain
-// points of the line's axis and the value points of the other axis. The rest of the stretching is
-// integrated at the strain points of both axes. With more points thin shells would lock. With fewer
-// points some waves would have no stiffness (docs/theory.md).
+// The elements of all dynamic shells of one degree. Bending is integrated at the bending points of
+// both axes (SplineAxis::bending_points). The strain along a parameter line is integrated at the
+// strain points of the line's axis and the value points of the other axis. The rest of the
+// stretching is integrated at the strain points of both axes. With more points thin shells would
+// lock. With fewer points some waves would have no stiffness (docs/theory.md).
 template <int degree>
 class ShellElements {
  public:
@@ -136,7 +136,7 @@ class ShellElements {
     ShellLaw law;
   };
   struct FibrePoint {
-    typename Basis::Numbers slope;  // derivatives of the basis functions along the line
+    typename Basis::Numbers slope;  // derivatives of the basis functions along the fibre
     materials::FibreLaw law;
   };
   using Points = ElementPoints<Point>;

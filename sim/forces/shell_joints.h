@@ -21,9 +21,9 @@ namespace weft::sim {
 // of width w / joint_hardness (docs/decisions/0051).
 inline constexpr double joint_hardness = 1e3;
 
-// The joints of all shells of one degree. At each point of a joint, the change of the angle between
-// the two patches has an elastic energy (materials/surface_angle.h). The points are the strain
-// points of the border's spline, about one per element.
+// The joints of all dynamic shells of one degree. At each point of a joint, the change of the angle
+// between the two patches has an elastic energy (materials/surface_angle.h). The points are the
+// strain points of the border's spline, about one per element.
 template <int degree>
 class ShellJoints {
  public:

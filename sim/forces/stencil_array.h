@@ -13,9 +13,9 @@
 #include "sim/forces/stencil_nodes.h"
 #include "sim/matrix/block_matrix.h"
 
-// Marks a function that processes batches of stencils. All calls in it are inlined, so that numbers
-// stay in registers. With sanitizers, the compiler chooses which calls to inline, because inlining
-// all of them would take it many minutes.
+// Marks a function that processes batches of stencils. Calls in it are inlined, except those of
+// functions marked noinline, so that numbers stay in registers. With sanitizers, the compiler
+// chooses which calls to inline, because inlining all of them would take it many minutes.
 #if defined(WEFT_SANITIZED)
 #define WEFT_FLATTEN
 #else
@@ -86,8 +86,8 @@ class StencilArray {
   // batch: is_run().
   RunScatter scatter_runs(std::span<Vec3> sums) const { return RunScatter(nodes_, sums); }
 
-  // Adds the blocks of a batch to a matrix. block_of(a, b) returns the blocks of nodes a and b,
-  // which are integral constants. It is called for each coupled pair with a <= b. Precondition:
+  // Adds the blocks of a batch to a matrix. block_of(a, b) returns the blocks of nodes a and b; a
+  // and b are integral constants. It is called for each coupled pair with a <= b. Precondition:
   // attach().
   template <class BlockOf>
   void scatter_blocks(int first, const BlockOf& block_of, BlockMatrix& matrix) const {
@@ -131,7 +131,8 @@ class StencilArray {
       }
     }
   }
-  // Stores the index of the block of each coupled pair of nodes in matrices with this pattern.
+  // Stores the index of the block of each coupled pair of different nodes in matrices with this
+  // pattern.
   void attach(const BlockPattern& pattern) { blocks_.attach(nodes_, pattern); }
 
  private:

@@ -16,7 +16,7 @@ class StencilBlocks {
  public:
   using Stencils = StencilNodes<Nodes, Layout>;
 
-  // Stores the index of the upper block of each coupled pair of nodes.
+  // Stores the index of the upper block of each coupled pair of different nodes.
   void attach(const Stencils& stencils, const BlockPattern& pattern) {
     places_.resize(stencils.batch_count());
     for (int i = 0; i < stencils.count(); ++i) {
@@ -36,8 +36,8 @@ class StencilBlocks {
   // pairs are numbered by a, then by b.
   int place(int i, int pair) const { return places_[i / lane_count][pair].values[i % lane_count]; }
 
-  // Adds the blocks of a batch to a matrix. block_of(a, b) returns the blocks of nodes a and b,
-  // which are integral constants. It is called for each coupled pair with a <= b.
+  // Adds the blocks of a batch to a matrix. block_of(a, b) returns the blocks of nodes a and b; a
+  // and b are integral constants. It is called for each coupled pair with a <= b.
   template <class BlockOf>
   void scatter(const Stencils& stencils, int first, const BlockOf& block_of,
                BlockMatrix& matrix) const {
@@ -57,8 +57,9 @@ class StencilBlocks {
  private:
   static constexpr int lane_count = materials::lane_count;
 
-  // Returns the index of the upper block of particles a and b. If one of them is absent, it is the
-  // diagonal block of the stencil's first node, to which only zero may be added.
+  // Returns the index of the upper block of particles a and b. If a or b is absent, returns the
+  // index of the diagonal block of the stencil's first node. The block of an absent node must be
+  // zero.
   static int place_of(const typename Stencils::Stencil& stencil, int a, int b,
                       const BlockPattern& pattern) {
     if (a == no_node || b == no_node) return pattern.upper_diagonal(stencil[0]);

@@ -63,7 +63,7 @@ class ChunkColouring {
 
   std::span<const int> particles_;
   int particles_per_chunk_, chunk_count_;
-  std::vector<std::vector<int>> chunk_by_colour_;  // chunk, by particle and colour; -1: none
+  std::vector<std::vector<int>> chunk_by_colour_;  // chunk, by particle and colour; -1: no chunk
   std::vector<std::vector<int>> colours_;          // chunks by colour
   std::vector<std::size_t> colour_of_;             // colour, by chunk
 };

@@ -18,8 +18,8 @@ struct AnyStencil {
   static constexpr bool follows(int) { return false; }
   static constexpr bool couples(int, int) { return true; }
 };
-// The corners of a quad in the order of bsi::quad_triangles. Corners are coupled if an edge of the
-// two triangles joins them.
+// The corners of a quad in the order of bsi::quad_triangles. Corners 0 and 3 are not coupled,
+// because no edge of the two triangles joins them.
 struct QuadCorners {
   static constexpr bool follows(int node) { return node == 1 || node == 3; }
   static constexpr bool couples(int a, int b) { return a + b != 3 || a * b != 0; }

@@ -16,8 +16,8 @@ namespace weft::sim {
 // Copies of the last stencil fill up the last batch.
 //
 // A batch is a run if each of its nodes stands for consecutive particles, as along a row of an
-// image. In a run, a node that follows another (stencil_layout.h) stands for the particles after
-// those of the other node. Values of a run are read and added as vectors.
+// image. If a node follows another (stencil_layout.h), its particle in each stencil of a run is the
+// one after the particle of the other node. Values of a run are read and added as vectors.
 template <int Nodes, class Layout>
 class StencilNodes {
  public:
@@ -132,8 +132,8 @@ class StencilNodes {
     }
     if (any) absent_ = std::move(absent);
   }
-  // Replaces each absent node by the particle with which the batch can be a run. If there is no
-  // such particle, the first node of the stencil replaces it.
+  // Replaces each absent node by the particle that would continue the run of the batch. If no
+  // particle has that index, the first node of the stencil replaces the absent node.
   void replace_absent_nodes(int batch, int particle_count) {
     for (int node = 0; node < Nodes; ++node) {
       auto& particles = nodes_[batch][node].values;
@@ -164,10 +164,10 @@ class StencilNodes {
   }
 
   std::vector<std::array<LaneIntegers, Nodes>> nodes_;  // particles, by batch and node
-  // By batch and node: bit i is set if the stencil in lane i lacks the node. Empty if no node is
-  // absent.
+  // By batch and node: bit i is set if the stencil in lane i lacks the node. Empty if no stencil
+  // lacks a node.
   std::vector<std::array<unsigned char, Nodes>> absent_;
-  std::vector<char> runs_;  // by batch: nonzero if it is a run
+  std::vector<char> runs_;  // by batch: nonzero if the batch is a run
   int count_ = 0;
 };
 

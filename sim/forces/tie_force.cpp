@@ -79,6 +79,7 @@ class TieForce final : public Force {
   // Adds the second derivative of W by the vector d of each spring, with n = d / |d|:
   //   d^2 W / dd dd = k (n n^T + (1 - L/|d|) (I - n n^T)).
   // Under compression the factor 1 - L/|d| is negative. The semi-definite form replaces it by zero.
+  // If d = 0, the derivative counts as k I.
   void add_derivatives(const Kinematics& state, const Derivatives& into, Definiteness definiteness,
                        int /*threads*/) override {
     const BlockPattern& pattern = into.stiffness.pattern();

@@ -20,7 +20,7 @@ struct SpringEnds {
   int count = 0;
   std::array<int, 4> particle{};
   std::array<double, 4> coefficient{};
-  int anchor = -1;  // number in MovingPoints; -1: no anchor
+  int anchor = -1;  // index in MovingPoints; -1: no anchor
   double anchor_coefficient = 0;
   int anchor_body = -1;  // index into Scene::bodies; -1: no anchor
   int tie = -1;          // Tie::number; -1: the spring belongs to a seam
@@ -31,7 +31,7 @@ struct SpringEnds {
   double length_rate = 0;  // m/s, at the time of set_time()
 };
 
-// The springs of ties or seams that act on at least one dynamic particle.
+// The springs of ties or seams. Springs that act on no dynamic particle are left out.
 class TieSprings {
  public:
   // `scene` must outlive this object if an anchor moves.
@@ -47,8 +47,8 @@ class TieSprings {
   void set_time(const Instant& now);
   // Returns the vector d of a spring, m.
   Vec3 between(const SpringEnds& spring, std::span<const Vec3> position) const;
-  // Returns the sum over springs of the magnitude of the force, N. If vary(), set_time() must have
-  // been called before.
+  // Returns the sum over springs of k ||d| - L|, N. If vary(), set_time() must have been called
+  // before.
   double load(std::span<const Vec3> position) const;
 
  private:

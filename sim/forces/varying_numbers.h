@@ -32,7 +32,8 @@ class VaryingNumbers {
 
   bool varies() const { return varies_; }
   // Calls visit(first, last, coefficient) for each run whose coefficient has changed since the last
-  // call. The run consists of the stencils first .. last - 1.
+  // call of visit_changed() or update(). The first call visits all runs that vary. The run consists
+  // of the stencils first .. last - 1.
   template <class Visit>
   void visit_changed(const Instant& now, const Visit& visit) {
     int first = 0;
@@ -45,14 +46,14 @@ class VaryingNumbers {
       first = run.end;
     }
   }
-  // Sets `target` to the coefficients at `now` if any has changed since the last call.
+  // Sets `target` to the coefficients at `now` if visit_changed() would visit a run.
   void update(const Instant& now, StencilNumbers& target) {
     bool changed = false;
     visit_changed(now, [&](int, int, double) { changed = true; });
     if (changed) target = numbers();
   }
   // Returns the coefficients at the time of the last visit_changed() or update(). Before the first
-  // call, varying coefficients are NaN.
+  // call of either, varying coefficients are NaN.
   StencilNumbers numbers() const {
     StencilNumbers numbers;
     int first = 0;

@@ -11,8 +11,9 @@
 
 namespace weft::sim {
 
-// Holds the states (6 * particles doubles) at both ends of the last accepted step. With contact,
-// also holds the positions of all particles at both ends, for path checks.
+// Holds the state (6 * dynamic particles doubles) at the end of the last accepted step and, if
+// has_start(), at its start. With contact, also holds the positions of all particles at these
+// times, for path checks.
 class AcceptedStep {
  public:
   // Begins at t = 0 with the scene's initial state and no step. `dynamics` must outlive the object.
@@ -22,14 +23,15 @@ class AcceptedStep {
   double start_time() const { return start_time_; }  // start of the step (s)
   std::span<const double> state() const { return state_; }
   std::span<const double> start_state() const { return other_state_; }
-  // Returns the positions of all particles at time(); empty without contact.
+  // Returns the positions of all particles at time(), as Dynamics::expand() writes them; empty
+  // without contact.
   const std::vector<Vec3>& positions() const { return positions_; }
   // True if start_state() is known. False before the first step, after restart(), and from
   // begin_trial() to accept().
   bool has_start() const { return has_start_; }
 
-  // Begins a trial of the next step. Returns the storage for its end state, which overwrites
-  // start_state().
+  // Begins a trial of the next step. Returns the storage of start_state(), which is to receive the
+  // end state of the trial.
   std::span<double> begin_trial();
   // Computes the positions of all particles in the trial state `y` at `time` (s). Does nothing
   // without contact.
@@ -37,8 +39,8 @@ class AcceptedStep {
   // Checks the path from positions() to the positions of place_trial() by Dynamics::check_path().
   // Precondition: contact is on.
   std::optional<ContactFault> check_trial_path(double time);
-  // Makes the trial the last accepted step. Precondition: begin_trial() and place_trial() have been
-  // called.
+  // Makes the trial the last accepted step. Precondition: begin_trial() and, with contact,
+  // place_trial() have been called.
   void accept(double time);
 
   // Writes the positions and velocities of moving pins at time() to state().

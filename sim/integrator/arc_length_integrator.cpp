@@ -13,13 +13,13 @@ namespace weft::sim {
 
 namespace {
 
-// Largest number of corrections per point of the path.
+// Largest number of corrections per trial of a point.
 constexpr int most_corrections = 12;
 // Number of corrections per point below which the arc grows.
 constexpr int wanted_corrections = 5;
-// Largest factor by which the arc grows or shrinks from one point to the next.
+// Largest factor by which the arc grows or shrinks after a point is found.
 constexpr double largest_change = 2;
-// Longest arc if the case sets none, as a multiple of the first arc.
+// Longest arc as a multiple of the first arc, unless the case sets the longest arc.
 constexpr double default_largest_arc = 5;
 // Shortest arc, as a multiple of the first arc. Shorter arcs end the run.
 constexpr double smallest_arc = 1e-6;
@@ -30,8 +30,9 @@ constexpr double longest_correction = 5;
 // Follows the path of equilibria F(x) + lambda q(x) = 0 by points that lie one arc apart (Crisfield
 // 1981). The arc length is cylindrical: the RMS displacement of free particles. Each correction
 // solves the linearised equilibrium and the constraint on the arc length together, by two solves
-// with one factorisation. The predictor is the displacement per load factor, scaled to one arc,
-// with the sign that makes its product with the last step not negative.
+// with one factorisation. The predictor is the displacement per load factor, scaled to one arc. Its
+// sign makes its product with the last step not negative. Without a last step, the load factor
+// increases.
 class ArcLengthIntegrator final : public OneStepIntegrator {
  public:
   ArcLengthIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -94,7 +95,7 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
     return trouble;
   }
 
-  // Finds the equilibrium without loads and the length of the first arc.
+  // Finds the equilibrium at load factor 0 and the length of the first arc.
   Trouble begin_path(double end, std::span<double> y) {
     for (const bool careful : {false, true}) {
       begin_trial(y);
@@ -113,8 +114,8 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
   }
 
   // Sets `y` to the last point of the path, at rest. Before the first point, that is the
-  // equilibrium without loads or, if unknown, the initial state. path_ starts at the last accepted
-  // positions.
+  // equilibrium at load factor 0 or, if unknown, the initial state. path_ starts at the last
+  // accepted positions.
   void begin_trial(std::span<double> y) {
     const std::span<const double> from = start_.empty() || time() > 0 ? state() : start_;
     const auto half = static_cast<std::ptrdiff_t>(y.size() / 2);
@@ -241,9 +242,10 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
   int free_ = 0;  // number of free particles
   double factor_ = 0, trial_factor_ = 0;
   double arc_ = 0, first_arc_ = 0, longest_arc_ = 0;  // m
-  std::vector<Vec3> direction_;  // displacements of the last step (m); empty before the first step
-  std::vector<double> start_;    // the equilibrium without loads; empty if unknown
-  int negative_ = 0;             // number of negative eigenvalues of the tangent
+  // Displacements of the last step (m); empty before the first step and after a restart.
+  std::vector<Vec3> direction_;
+  std::vector<double> start_;  // the equilibrium at load factor 0; empty if unknown
+  int negative_ = 0;           // number of negative eigenvalues of the tangent
   bool has_ended_ = false, is_beginning_ = false;
   std::int64_t corrections_ = 0;
   std::vector<Vec3> load_, by_load_, by_residual_, step_;

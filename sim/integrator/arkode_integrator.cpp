@@ -24,9 +24,9 @@ namespace {
 constexpr double explicit_limit = 2.7;
 constexpr double explicit_stages = 6;
 
-// After every `measured_steps` implicit steps, their cost is compared with that of explicit steps.
-// Implicit steps are tried again after `first_explicit_steps` explicit steps; this number doubles
-// each time.
+// Without contact, the cost of implicit steps is compared with that of explicit steps after every
+// `measured_steps` implicit steps. If stability limits explicit steps, implicit steps are tried
+// again after `first_explicit_steps` explicit ones; this number doubles each time.
 constexpr std::int64_t measured_steps = 20;
 constexpr std::int64_t first_explicit_steps = 500;
 // Explicit steps take over if their predicted cost is below this fraction of the implicit cost. The
@@ -99,8 +99,8 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   IntegratorCounts earlier_;  // counts of solvers already destroyed
   std::optional<ContactFault> fault_in_step_;
   std::string decision_;
-  // Accepted steps at the last comparison of the two methods, and the number of explicit steps
-  // until the next one.
+  // Number of accepted steps at the last comparison of the two methods, and number of explicit
+  // steps until the next comparison.
   std::int64_t steps_at_comparison_ = 0, explicit_steps_ = first_explicit_steps;
   double work_at_comparison_ = 0, time_at_comparison_ = 0;
 };

@@ -30,12 +30,12 @@ namespace {
 constexpr double newton_tolerance = 0.1, tight_newton_tolerance = 0.03;
 constexpr int tight_steps = 10;
 // An error alternates if the cosine of the angle between the errors of two successive steps is
-// below this value.
+// below this value, and the step does not grow.
 constexpr double swing_cosine = -0.95;
 
 // Largest number of steps that share a matrix. The number in use grows by one after `smooth_steps`
-// smooth steps and is halved after a step that is not smooth (docs/decisions/0007). A smooth step
-// takes at most `smooth_iterations` Newton iterations without a failure of convergence.
+// successive smooth steps and is halved after a step that is not smooth (docs/decisions/0007). A
+// smooth step takes at most `smooth_iterations` Newton iterations without a failure of convergence.
 constexpr int longest_interval = 20;
 constexpr int smooth_steps = 5;
 constexpr int smooth_iterations = 3;
@@ -44,7 +44,7 @@ constexpr int smooth_iterations = 3;
 // shorter. Any sensible time.minimum_step is reached long before.
 constexpr int most_vetoes_of_a_step = 40;
 
-// Largest number of vetoes per window; more end the run.
+// Largest number of vetoes per window; more vetoes end the run.
 constexpr int most_vetoes = VetoWindow::length;
 
 }  // namespace
@@ -91,7 +91,7 @@ struct CvodeIntegrator::Implementation {
   AcceptedStep accepted;
   std::int64_t vetoes = 0, restarts = 0;
   IntegratorCounts earlier;  // counts before CVODE was last reinitialised
-  // Number of steps that share a matrix, and number of smooth steps since this number last changed.
+  // Number of steps that share a matrix, and number of smooth steps counted towards its growth.
   int matrix_interval = 1, smooth_steps_so_far = 0;
   long iterations_before_step = 0, failures_before_step = 0;
   int tight_steps_left = 0;
@@ -227,8 +227,8 @@ std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
   const bool jumps = start > 0 && motion_limits.jumps_at(start);
   if (jumps) begin_anew();
   dynamics.begin_step(start);
-  // The first step after a jump needs its own length. CVODE would reuse that of the first step at t
-  // = 0.
+  // If coefficients vary, the first step after a jump needs its own length. CVODE would reuse the
+  // initial length that was set last.
   if (jumps && dynamics.varies())
     CVodeSetInitStep(cvode, first_step(dynamics, start, accepted.state()));
   double next = 0;
@@ -263,7 +263,7 @@ int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
   return 1;
 }
 
-// Accepts CVODE's state. It differs in the last bits from the state that veto() checked, so the
+// Accepts CVODE's state. It may differ in the last bits from the state that veto() checked, so the
 // positions are computed again.
 void CvodeIntegrator::Implementation::accept(double t) {
   const std::span<double> end = accepted.begin_trial();

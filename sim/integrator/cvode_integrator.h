@@ -1,4 +1,5 @@
-// Variable-order, variable-step BDF by SUNDIALS CVODE, with every step checked for collisions.
+// Variable-order, variable-step BDF by SUNDIALS CVODE. With contact, every step is checked for
+// collisions.
 #pragma once
 
 #include <memory>
@@ -10,11 +11,12 @@
 
 namespace weft::sim {
 
-// Integrates from t = 0 and the scene's initial state. Tolerances: position errors are divided by
-// position_tolerance (m), velocity errors by velocity_tolerance + relative_tolerance |v| (m/s). The
-// root mean square of these quotients over all components of all particles is at most 1 per step.
-// The result does not depend on the origin or the directions of the axes. Prescribed motions limit
-// the steps (motion_limits.h). The method restarts when a prescribed velocity or a curve jumps.
+// Integrates from t = 0 and the scene's initial state. Tolerances: estimated position errors of a
+// step are divided by position_tolerance (m), and velocity errors by velocity_tolerance +
+// relative_tolerance |v| (m/s). A step is accepted if the root mean square of these quotients, over
+// all components of all particles, is at most 1. Apart from rounding, the result does not depend on
+// the origin or the directions of the axes. Prescribed motions limit the steps (motion_limits.h).
+// The method restarts when a prescribed velocity or a curve jumps.
 class CvodeIntegrator final : public Integrator {
  public:
   CvodeIntegrator(const Scene& scene, Dynamics& dynamics);

@@ -125,8 +125,9 @@ bool EquilibriumNewton::find_way(const Goal& goal, std::span<const double> y) {
 }
 
 // Moves `y` along the correction, halved until surfaces stay apart and the forces can be evaluated.
-// A careful search also shortens it until pull() at its end is at least -1/2 of pull() at its
-// start. Returns the fraction taken, or 0 if none is allowed.
+// If pull() is positive at the start, a careful search also shortens the correction until pull() at
+// its end is at least -1/2 of that value. Returns the fraction taken. If no fraction is allowed,
+// returns 0 and restores `y`.
 double EquilibriumNewton::take_way(const Goal& goal, std::span<double> y, SafePath& path) {
   reached_.assign(y.begin(), y.end());
   const double start = pull();

@@ -1,4 +1,4 @@
-// Newton's method for equilibria, with the exact tangent and a direct solver.
+// Newton's method for equilibria, with a direct solver.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace weft::sim {
 
 // Solves F(x) = kept for the free particles. `kept` (N) is zero except in homotopies (see keep()).
 // A state is an equilibrium if a full correction moves no particle by more than
-// time.position_tolerance, and one of two conditions holds:
+// time.position_tolerance, and at least one of two conditions holds:
 // - The 2-norm of the residual is at most 1e-8 of that of the applied forces: loads, weight and
 //   forces on held particles.
 // - The correction moves no particle by more than 1e-8 of the size of the bodies. This condition is
@@ -29,8 +29,9 @@ class EquilibriumNewton {
   // The target and the strategy of a search.
   struct Goal {
     double time = 0;  // s
-    // If true, corrections that overshoot are shortened, and an indefinite tangent is replaced by a
-    // semi-definite one. The search then diverges less often but takes more iterations.
+    // If true, corrections that are long or overshoot are shortened, and an indefinite tangent is
+    // replaced by a semi-definite one, if that is regular. The search then diverges less often but
+    // may take more iterations.
     bool careful = false;
     std::function<bool()> should_stop;  // if it returns true, the search ends
   };
@@ -46,8 +47,8 @@ class EquilibriumNewton {
   // evaluate(). Returns false if the tangent is singular.
   bool factorise(double time, std::span<const double> y,
                  Definiteness definiteness = Definiteness::exact);
-  // Returns the residual force (N) on each dynamic particle in the last evaluate(); zero for held
-  // particles.
+  // Returns the residual force (N) on each dynamic particle in the last successful evaluate(); zero
+  // for held particles.
   const std::vector<Vec3>& residual() const { return residual_; }
   const TangentFactors& factors() const { return factors_; }
   // True if (time, y) is an equilibrium as defined at the class. Preconditions: the last evaluate()
@@ -64,7 +65,8 @@ class EquilibriumNewton {
 
   // Returns the number of negative eigenvalues of the last regular exact tangent.
   int negative_directions() const { return negative_; }
-  // Returns the largest number of negative eigenvalues of an exact tangent since forget_signs().
+  // Returns the largest number of negative eigenvalues of a regular exact tangent since
+  // forget_signs().
   int most_negative_directions() const { return most_negative_; }
   void forget_signs() { most_negative_ = 0; }
 

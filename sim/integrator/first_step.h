@@ -15,10 +15,10 @@ inline constexpr double longest_first_step = 1e-3;  // s
 // state `y` (6 * particles). Euler's method would have a local error h^2 |y''| / 2 of a quarter of
 // the tolerances in this step h, in the RMS norm of the weights of tolerances.h. The finite
 // difference of two rates estimates y''. For the second rate, y moves along the first rate by the
-// tolerances (Hairer, Noersett, Wanner, Solving Ordinary Differential Equations I, II.4). The
-// result lies between minimum_step and longest_first_step. Costs two evaluations of the forces, or
-// more if the second one fails. Returns minimum_step if the forces cannot be evaluated; the step
-// itself then reports the failure.
+// tolerances, or for longest_first_step if that is shorter (Hairer, Noersett, Wanner, Solving
+// Ordinary Differential Equations I, II.4). The result lies between minimum_step and
+// longest_first_step. Usually costs two evaluations of the forces. Returns minimum_step if the
+// forces cannot be evaluated at y; the step itself then reports the failure.
 double first_step(Dynamics& dynamics, double time, std::span<const double> y);
 
 }  // namespace weft::sim

@@ -17,8 +17,9 @@ namespace weft::sim {
 
 // A point on a path of equilibria.
 struct PathPoint {
-  double load_factor = 1;       // factor of the applied loads
-  int negative_directions = 0;  // negative eigenvalues of the tangent stiffness; unstable if > 0
+  double load_factor = 1;  // factor of the applied loads
+  // Number of negative eigenvalues of the tangent stiffness; the equilibrium is unstable if > 0.
+  int negative_directions = 0;
 };
 
 // Integrates from t = 0 and the scene's initial state. With contact on, every step is checked along
@@ -39,8 +40,7 @@ class Integrator {
   // Writes the state interpolated at `time` (s) within the last step; after a failed step only
   // time() is allowed. With contact, the straight path from the start of the step to this state is
   // checked. If surfaces might touch on it, the linear interpolation between the ends of the step
-  // replaces the state. Returns a failure if surfaces might cross on the path to the replacement
-  // too.
+  // replaces the state. Returns a failure if surfaces might cross on the path to the replacement.
   [[nodiscard]] virtual std::optional<Failure> state_at(double time, std::span<double> y) const = 0;
   virtual IntegratorCounts counts() const = 0;
   // Continues from the state `y` at `time`, without the method's history. Until the next step,
@@ -49,13 +49,13 @@ class Integrator {
   // Writes or reads all data that determine the bits of later steps. The default, for methods whose
   // history another library keeps, does nothing and returns false.
   [[nodiscard]] virtual bool transfer(StateArchive& /*archive*/) { return false; }
-  // A function that one-step methods call between the trials of a step, because a step may take
-  // many trials. If it returns a failure, step() fails with that failure. An empty function never
-  // stops a step.
+  // A function that one-step methods call between the trials of a step and between the parts of a
+  // long trial, because a step may take long. If it returns a failure, step() fails with that
+  // failure. An empty function never stops a step.
   using ReasonToStop = std::function<std::optional<Failure>()>;
   void set_reason_to_stop(ReasonToStop reason) { reason_to_stop_ = std::move(reason); }
-  // Describes the choices that the method has made by itself so far. The text is empty if it makes
-  // none.
+  // Describes the kind of steps that the method has chosen by itself. The text is empty if the
+  // method has one kind of steps.
   virtual std::string decision() const { return {}; }
   // True if the run has reached an end that the case sets before time.duration, such as the largest
   // load factor of a path.

@@ -12,8 +12,8 @@ class MidpointIntegrator final : public StageIntegrator {
   int last_order() const override { return 2; }
 
  private:
-  // A backward Euler step of half the length gives the midpoint. The end is its linear
-  // extrapolation.
+  // A backward Euler step of half the length gives the midpoint. The end is extrapolated linearly
+  // from the start and the midpoint.
   Trouble attempt(double& end, std::span<double> y) override {
     const double h = end - time();
     const Trouble trouble = solve_stage(time() + h / 2, h / 2, y);

@@ -28,10 +28,10 @@ struct NewtonHooks {
   std::function<void(std::span<double> correction)> limit = {};
 };
 
-// Returns an iterative SUNLinearSolver for (I - gamma J), without a SUNMatrix. It uses the
-// tolerance and the scaling vectors that SUNDIALS sets. Each setup calls the preconditioner setup
-// function that the user gave to SUNDIALS. That function must assemble the dynamics' matrices if
-// they are out of date. Free the solver with SUNLinSolFree.
+// Returns an iterative SUNLinearSolver for (I - gamma J), without a SUNMatrix. It uses the left
+// scaling vector that SUNDIALS sets and, if `hooks` has no goal, the tolerance of SUNDIALS. Each
+// setup calls the preconditioner setup function that the user gave to SUNDIALS. That function must
+// assemble the dynamics' matrices if they are out of date. Free the solver with SUNLinSolFree.
 SUNLinearSolver make_newton_solver(Dynamics& dynamics, NewtonHooks hooks, SUNContext context);
 // Returns the system that a solver made by make_newton_solver() solves.
 VelocitySystem& velocity_system_of(SUNLinearSolver solver);

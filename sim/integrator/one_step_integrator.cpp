@@ -19,8 +19,8 @@ constexpr int longest_patience = 16;
 constexpr double growth_after_veto = 1.2;
 
 // More than `most_vetoes_per_window` vetoes in a window end the run. On a grid, more than
-// `many_vetoes` end it too if the steps of the window add up to less than two grid steps. If
-// motions limit steps, they must add up to less than twice the mean of the longest allowed steps.
+// `many_vetoes` vetoes end it too if the window advances by less than two grid steps or, if motions
+// limit steps, by less than twice the mean length that they allowed.
 constexpr int most_vetoes_per_window = 100, many_vetoes = 8;
 
 // True if it is a state or path that is refused, whatever its error.
@@ -63,8 +63,7 @@ std::optional<double> OneStepIntegrator::next_time() {
   return end;
 }
 
-// Returns the end (s) of the next trial if no motion limits it. Times of the grid are exact
-// multiples of the step.
+// Returns the end (s) of the next trial if no motion limits it.
 double OneStepIntegrator::wanted_time() const {
   if (!is_fixed()) {
     const auto longest = scene_.source.time.maximum_step;

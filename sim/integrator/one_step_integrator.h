@@ -1,5 +1,5 @@
 // Base of the one-step methods. Steps end on a grid of times, or the method chooses their lengths.
-// A step is shortened until it succeeds and surfaces stay apart.
+// A step that fails, or lets surfaces meet, is tried again with a shorter length.
 #pragma once
 
 #include <limits>
@@ -15,14 +15,14 @@
 namespace weft::sim {
 
 // With `time.step`, steps end at its multiples (for `static`, at multiples of the time between
-// frames). The length of a step that fails is halved until a step succeeds. A success doubles the
-// length again, up to the next multiple. Each time the doubled length fails, the number of
-// successes required before the next doubling doubles, up to 16.
+// frames). The length of a trial that fails is halved. Successful steps double the length again, up
+// to `time.step`. The number of successes required for that is 1 at first. Each failed trial
+// doubles this number, up to 16. After as many successes of full length, it is 1 again.
 //
 // Without `time.step`, the method chooses the length of the next step. Moving pins or obstacles may
-// end any step earlier (motion_limits.h). On a grid, the step after it ends at the next multiple.
-// More than 100 cuts to keep surfaces apart within 200 accepted steps end the run. A run on a grid
-// may end after fewer (one_step_integrator.cpp).
+// end any step earlier (motion_limits.h). On a grid, the step after it ends at the next multiple at
+// the latest. More than 100 cuts to keep surfaces apart in a window of 200 accepted steps end the
+// run. A run on a grid may end after fewer cuts (one_step_integrator.cpp).
 class OneStepIntegrator : public Integrator {
  public:
   OneStepIntegrator(const Scene& scene, Dynamics& dynamics);
@@ -41,7 +41,7 @@ class OneStepIntegrator : public Integrator {
   using Trouble = StepTrouble;
   // Tries a step from time() and state() to `end` and stores its end state in `y`. A method without
   // a fixed step may end the step at another time, which it writes to `end`. On trouble, the method
-  // may name the cause by set_fault() or set_place().
+  // may name the cause by set_fault() or set_place(), and set `end` to time() to end the run.
   virtual Trouble attempt(double& end, std::span<double> y) = 0;
   // True if attempt() itself checks its path, which need not be straight.
   virtual bool checks_its_own_path() const { return false; }
@@ -87,7 +87,7 @@ class OneStepIntegrator : public Integrator {
 
   const Scene& scene() const { return scene_; }
   Dynamics& dynamics() const { return dynamics_; }
-  // Returns the positions of all particles at time(); empty without contact.
+  // Returns AcceptedStep::positions().
   const std::vector<Vec3>& positions() const { return accepted_.positions(); }
 
  private:
@@ -104,7 +104,7 @@ class OneStepIntegrator : public Integrator {
   MotionLimits motion_limits_;
   std::optional<double> step_;  // length of a grid step (s); empty: the method chooses
   AcceptedStep accepted_;
-  double size_ = 0;  // length of the next trial (s)
+  double size_ = 0;  // proposed length of the next trial (s)
   // Bound (s) of chosen steps after a veto.
   double longest_after_veto_ = std::numeric_limits<double>::infinity();
   std::int64_t completed_steps_ = 0;  // number of grid steps completed
@@ -114,8 +114,8 @@ class OneStepIntegrator : public Integrator {
   std::optional<ContactFault> fault_;
   VetoWindow veto_window_;
   double window_start_ = 0;    // start of the present veto window (s)
-  double window_allowed_ = 0;  // sum of allowed_ over the steps of the window (s)
-  double allowed_ = 0;         // longest step that motions allow now (s)
+  double window_allowed_ = 0;  // sum of allowed_ over the window's steps (s)
+  double allowed_ = 0;         // length that motions allow for the present trial (s)
   int place_ = -1;
   std::optional<Failure> stopped_;  // reason why the present step must end
 };

@@ -21,13 +21,14 @@ constexpr double increment_of_first = 1.0 / 16;
 constexpr double first_homotopy_step = 0.25, least_homotopy_step = 1.0 / 256;
 // Longest extrapolation of the last step, in lengths of that step.
 constexpr double longest_extrapolation = 2.5;
-// An equilibrium is on another branch if a particle moves more than `farthest_stray` times as far
-// as expected. The expected distance is that of the extrapolated last step plus `least_stray` times
-// the size of the bodies. Near a limit point, the displacements of equal load steps grow by a
-// factor of up to 2.4.
+// An equilibrium that was reached through unstable states is on another branch if the largest
+// distance of a particle exceeds `farthest_stray` times the expected one. The expected distance is
+// that of the extrapolated last step plus `least_stray` times the size of the bodies. Near a limit
+// point, the displacements of equal load steps grow by a factor of up to 2.4.
 constexpr double farthest_stray = 4, least_stray = 1e-3;
 
-// Finds one equilibrium per time, by Newton's method from the previous equilibrium.
+// Finds one equilibrium per step, by Newton's method from the previous equilibrium or a prediction.
+// For the first equilibrium and beyond limit points, also tries other searches.
 class QuasiStaticIntegrator final : public OneStepIntegrator {
  public:
   QuasiStaticIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -94,8 +95,9 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return trouble_of_fault();
   }
 
-  // True if an equilibrium was reached through unstable states and lies far from the extrapolated
-  // last step. It then lies on another branch, beyond a limit point.
+  // True if an equilibrium was reached through states with more negative directions than both ends
+  // of the step, and lies far from the extrapolated last step. It then lies on another branch,
+  // beyond a limit point.
   bool is_elsewhere(double end, std::span<const double> y) const {
     if (earlier_.empty()) return false;
     if (newton_.most_negative_directions() <= std::max(negative_, newton_.negative_directions()))
@@ -124,7 +126,8 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return newton_.solve({end, careful, [this] { return should_stop(); }}, y, path_);
   }
 
-  // Stores the last two equilibria, from which the next one is extrapolated.
+  // Stores the states at both ends of the last step, from which the next equilibrium is
+  // extrapolated.
   void note_last_step() {
     if (!known_.empty() && known_time_ == time()) return;
     earlier_.swap(known_);
@@ -134,9 +137,9 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     if (!found_first_) earlier_.clear();
   }
 
-  // Sets `y` to the start of a search: the prediction for `end` or, if surfaces block it, the last
-  // equilibrium. A careful search predicts by follow_pins() only. Returns false if surfaces also
-  // block the prescribed motion alone.
+  // Sets `y` to the start of a search: the prediction for `end` or, if there is no prediction or
+  // surfaces block it, the last state. A careful search predicts by follow_pins() only. Returns
+  // false if surfaces also block the prescribed motion alone.
   bool begin_search(double end, bool careful, std::span<double> y) {
     for (const bool predicted : {true, false}) {
       const auto half = static_cast<std::ptrdiff_t>(y.size() / 2);
@@ -150,8 +153,7 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return false;
   }
 
-  // Extrapolates the last two equilibria. If two equilibria are not known, or `end` is too far
-  // away, calls follow_pins().
+  // Extrapolates the last step. If that is unknown, or `end` is too far away, calls follow_pins().
   bool predict(double end, std::span<double> y) {
     const double last = known_time_ - earlier_time_, now = end - known_time_;
     if (earlier_.empty() || now > longest_extrapolation * last) return follow_pins(end, y);
@@ -159,8 +161,8 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return true;
   }
 
-  // Moves free particles by the prediction of the tangent at the last equilibrium, for the
-  // displacements of pins until `end`. Returns false if no pin moves or there is no prediction.
+  // Moves free particles by the prediction of the tangent at the last state, for the displacements
+  // of pins until `end`. Returns false if no pin moves or there is no prediction.
   bool follow_pins(double end, std::span<double> y) {
     if (!dynamics().pins_move()) return false;
     scratch_.assign(state().begin(), state().end());
@@ -181,6 +183,7 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
   }
 
   // Searches far from the last state, for the first equilibrium or for one beyond a limit point.
+  // Returns false without a search if the step is too long for that.
   bool search_elsewhere(double end, std::span<double> y) {
     const double frame = 1 / scene().source.time.frames_per_second;
     const double longest =
@@ -203,8 +206,8 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     return false;
   }
 
-  // Searches for the first equilibrium by a homotopy, which removes the imbalance of the start step
-  // by step.
+  // Searches for the first equilibrium by a homotopy, which gradually removes the imbalance at its
+  // start.
   bool remove_imbalance(double end, std::span<double> y) {
     if (!begin_search(end, true, y)) return false;
     newton_.keep({});
@@ -257,10 +260,10 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
   SafePath path_;
   bool found_first_ = false;  // true once an equilibrium is known
   bool is_singular_ = false;  // true if the last search ended at a singular tangent
-  int negative_ = 0;          // negative eigenvalues of the tangent at the last equilibrium
+  int negative_ = 0;          // number of negative eigenvalues at the last equilibrium
   int weakest_ = -1;          // particle at which the last tangent is weakest
   double known_time_ = 0, earlier_time_ = 0;  // times of known_ and earlier_ (s)
-  std::vector<double> known_, earlier_;       // the last two equilibria; empty: unknown
+  std::vector<double> known_, earlier_;       // states at the end and start of the last step
   std::vector<double> scratch_;
   std::vector<Vec3> product_, way_;
 };

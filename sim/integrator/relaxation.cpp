@@ -12,7 +12,7 @@ namespace weft::sim {
 
 namespace {
 
-// First pseudo-step (s). Hanging cloth swings with periods of some tenths of a second.
+// First pseudo-step (s): short against the period with which hanging cloth swings.
 constexpr double first_pseudo_step = 0.05;
 constexpr double longest_pseudo_step = 1e4;    // s
 constexpr double shortest_pseudo_step = 1e-6;  // s
@@ -30,8 +30,9 @@ constexpr int patience = 100;
 // Largest residual acceleration at rest (mass-weighted RMS) as a fraction of the applied
 // acceleration: at full stiffness, and with softened bodies.
 constexpr double stiff_fraction = 1e-4, softened_fraction = 1e-2;
-// The softest bodies have a membrane stiffness (N/m) of `softest` times their weight per width.
-// Each later stage multiplies the stiffness by `hardening`.
+// In the softest stage, the membrane that is stiffest relative to its weight has a stiffness (N/m)
+// of `softest` times its weight per width. One factor softens all bodies. Each later stage
+// multiplies the factor by `hardening`, up to 1.
 constexpr double softest = 100, hardening = 10;
 // Accuracy of the linear solve for a direction: relative error in the norm of the matrix.
 constexpr VelocitySystem::Goal linear_goal{.error = 1e-2,
@@ -68,10 +69,11 @@ Relaxation::Relaxation(const Scene& scene, Dynamics& dynamics)
 
 int Relaxation::worst_particle() const { return sim::worst_particle(rate_, weight_); }
 
-// Relaxes the bodies at full stiffness. If the search is slow, it continues with softened bodies,
-// whose stiffness increases in stages to its full value. Slack stiff bodies rotate by a small angle
-// per pseudo-step, because straight paths stretch them. Softened bodies rotate by large angles.
-// Softened and stiff bodies reach nearly the same equilibrium: it differs only by their stretch.
+// Relaxes the bodies at full stiffness. If the search is slow and bodies can be softened, it
+// continues with softened bodies, whose stiffness increases in stages to its full value. Slack
+// stiff bodies rotate by a small angle per pseudo-step, because straight paths stretch them.
+// Softened bodies rotate by large angles. Softened and stiff bodies reach nearly the same
+// equilibrium: it differs only by their stretch.
 Relaxation::End Relaxation::relax(const Goal& goal, std::span<double> y, SafePath& path) {
   goal_ = &goal;
   path_ = &path;
@@ -90,8 +92,8 @@ Relaxation::End Relaxation::relax(const Goal& goal, std::span<double> y, SafePat
   return end;
 }
 
-// Takes pseudo-steps until the forces balance, or the search has taken `most_steps` of them in all
-// stages.
+// Takes pseudo-steps until the forces balance. Ends earlier if pseudo-steps of any length fail, if
+// the search should stop, or if it has taken `most_steps` pseudo-steps in all stages.
 Relaxation::End Relaxation::descend_at(double hardness, std::span<double> y, int most_steps) {
   dynamics_.set_hardness(hardness);
   fault_ = dynamics_.rate(goal_->time, y, rate_);
@@ -113,9 +115,9 @@ Relaxation::End Relaxation::descend_at(double hardness, std::span<double> y, int
   return End::slow;
 }
 
-// Computes the correction of one pseudo-step h: (M + h^2 K) dv = h F, dx = h dv. If conjugate
+// Computes the correction of one pseudo-step h: (M + h D + h^2 K) dv = h F, dx = h dv. If conjugate
 // gradients find the exact K indefinite, a semi-definite K replaces it, in this and in the next
-// pseudo-steps.
+// pseudo-steps (`exact_interval`).
 bool Relaxation::find_direction(std::span<const double> y) {
   ++newton_iterations_;
   const double h = pseudo_step_;
@@ -184,7 +186,8 @@ bool Relaxation::path_is_safe(std::span<const double> y) {
 }
 
 // True if the pseudo-step is long and the residual forces are small. At full stiffness, the last
-// correction must also move no particle by more than time.position_tolerance.
+// correction must also move no particle by more than time.position_tolerance. Without applied
+// forces, the pseudo-step must be the longest, and the residual is not judged.
 bool Relaxation::is_at_rest(double fraction, bool softened) const {
   if (pseudo_step_ < (goal_->acceleration == 0 ? longest_pseudo_step : newton_step)) return false;
   if (!softened) {
@@ -202,7 +205,7 @@ bool Relaxation::is_at_rest(double fraction, bool softened) const {
 }
 
 // Returns the factor of the stiffness, at most 1, at which the stiffest membrane would stretch by 1
-// % under the weight that its mass has at goal_->acceleration.
+// / `softest` under the weight that its mass has at goal_->acceleration. Returns 1 if that is zero.
 double Relaxation::least_hardness() const {
   double hardness = 1;
   for (int b = 0; b < scene_.dynamic_bodies; ++b) {

@@ -20,8 +20,8 @@ double applied_acceleration(Dynamics& dynamics, double time, std::span<const dou
 
 // Finds a stable equilibrium that may be far from the start, as for slack cloth. A pseudo-step is
 // one Newton iteration of backward Euler from rest. Short pseudo-steps move particles along the
-// forces. Long pseudo-steps approach Newton's method for the equilibrium. If the search is slow, it
-// continues with softened bodies.
+// forces. Long pseudo-steps approach Newton's method for the equilibrium. If the search is slow and
+// bodies can be softened, it continues with softened bodies.
 class Relaxation {
  public:
   Relaxation(const Scene& scene, Dynamics& dynamics);
@@ -65,9 +65,11 @@ class Relaxation {
   const Goal* goal_ = nullptr;  // the goal of the present search
   SafePath* path_ = nullptr;
   std::optional<ContactFault> fault_;
-  double pseudo_step_ = 0;    // length of the present pseudo-step (s)
-  int pseudo_steps_ = 0;      // pseudo-steps taken in the present search
-  int indefinite_steps_ = 0;  // pseudo-steps since an indefinite matrix; 0: none
+  double pseudo_step_ = 0;  // length of the present pseudo-step (s)
+  int pseudo_steps_ = 0;    // number of pseudo-steps taken in the present search
+  // Number of pseudo-steps since an exact matrix was indefinite, counting that pseudo-step; 0 if
+  // the last exact matrix was not indefinite.
+  int indefinite_steps_ = 0;
   std::int64_t newton_iterations_ = 0, linear_iterations_ = 0;
   std::vector<double> rate_, right_, correction_, reached_;
   std::vector<double> weight_;  // weights of the linear solves, all 1

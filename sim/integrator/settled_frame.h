@@ -1,4 +1,4 @@
-// Checks states interpolated within a step, which the path check of the step does not cover.
+// Checks interpolated states. The path check of a step does not cover the states between its ends.
 #pragma once
 
 #include <optional>
@@ -14,7 +14,8 @@ namespace weft::sim {
 // The ends of an accepted step.
 struct StepEnds {
   std::span<const double> start, end;  // states at the start and at the end
-  // Positions (m) of all particles at the start. Empty without contact.
+  // Positions (m) of all particles at the start, as Dynamics::expand() writes them. Empty without
+  // contact.
   std::span<const Vec3> start_positions;
   double start_time = 0;  // time of the start (s)
 };

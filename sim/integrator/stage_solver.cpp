@@ -18,8 +18,8 @@ namespace weft::sim {
 
 namespace {
 
-// Relative error allowed in the linear solve of a Newton correction that later corrections will
-// improve. A larger error takes more corrections.
+// Relative error allowed in the linear solves if corrections follow until convergence. A larger
+// error takes more corrections.
 constexpr double linear_error = 3e-2;
 
 // Relative error allowed in the linear solves if the number of corrections is given and gamma is at
@@ -163,8 +163,8 @@ void StageSolver::Implementation::create() {
   KINSetFuncNormTol(kinsol, largest_last_correction);
 }
 
-// Computes the residual r at y. Returns 1 if the forces cannot be evaluated. KINSOL then halves the
-// correction.
+// Computes the residual r at y. Returns 1 if the forces cannot be evaluated. If a correction led to
+// y, KINSOL then halves it.
 int StageSolver::Implementation::residual(std::span<const double> y, std::span<double> r) {
   if (auto bad = dynamics.rate(time, y, r)) {
     fault = bad;
@@ -204,10 +204,11 @@ bool StageSolver::Implementation::path_is_safe(std::span<const double> state) {
   return !crossing;
 }
 
-// Sets `y` to the guess a + gamma times the slope of the last stage, whose error is of second order
-// in the step. If this error is within the tolerance, one iteration suffices. From `a` itself, the
-// iteration could end after one correction with an error of first order. With contact the iteration
-// starts at `a`, because the guess saves no time there.
+// Sets `y` to the guess a + gamma times the slope of the last stage, or to `a` if the slope is
+// unknown. The error of the guess is of second order in the step. If it is within the tolerance,
+// one iteration suffices. From `a` itself, the iteration could end after one correction with an
+// error of first order. With contact the iteration starts at `a`, because the guess saves no time
+// there.
 void StageSolver::Implementation::guess(std::span<double> y) {
   std::copy(right_side.begin(), right_side.end(), y.begin());
   for (std::size_t i = 0; i < slope.size(); ++i) y[i] += gamma * slope[i];

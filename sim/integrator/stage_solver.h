@@ -12,7 +12,7 @@
 
 namespace weft::sim {
 
-// Newton's method for the stage. newton_solver.h solves the linear systems. Full corrections start
+// Newton's method for the stage. A VelocitySystem solves the linear systems. Full corrections start
 // from `a` or, without contact, from a + gamma times the slope of the last stage. If they do not
 // converge, corrections with a line search on the residual start again from `a`.
 //
@@ -42,7 +42,8 @@ class StageSolver {
   // particles at that time. On success `y` is the solution.
   Outcome solve(double t, double gamma, std::span<const double> a, const std::vector<Vec3>& start,
                 std::span<double> y);
-  // Returns the fault that blocked the last solve(), or nothing.
+  // Returns the last fault met in the last solve(), or nothing. A fault does not block solve() if a
+  // shortened correction avoids it.
   const std::optional<ContactFault>& fault() const;
   // Returns the particle with the largest weighted residual velocity in the last solve().
   int worst_particle() const;

@@ -32,7 +32,8 @@ struct FailurePlace {
   int particle = -1;
 };
 
-// Returns a failure with the text "WHAT at t = TIME s: PLACE".
+// Returns a failure with the text "WHAT at t = TIME s: PLACE", or without ": PLACE" if neither a
+// fault nor a particle is known.
 Failure placed_failure(Failure::Kind kind, const std::string& what, const FailurePlace& place,
                        const Scene& scene);
 

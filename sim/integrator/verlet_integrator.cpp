@@ -106,7 +106,7 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
 
   // Finds the acceleration at the start of a step. Reuses the acceleration at the end of the last
-  // step: a step then costs one evaluation of the forces.
+  // step if it is known: a step then costs one evaluation of the forces.
   Trouble find_start_acceleration() {
     if (start_ == time()) return Trouble::none;
     if (end_ == time()) {
@@ -119,9 +119,9 @@ class VerletIntegrator final : public OneStepIntegrator {
     return Trouble::none;
   }
 
-  // Adapts the step to the stiffness: stretched cloth vibrates faster. `y` is the state at the end
-  // of the step. A vibration that the tracker misses is found in the motion itself once it has
-  // grown.
+  // Adapts the step to the stiffness: stretched cloth vibrates faster. Does nothing with contact.
+  // `y` is the state at the end of the step. A vibration that the tracker misses is found in the
+  // motion itself once it has grown.
   void follow_limit(double h, std::span<const double> y) {
     if (!tracker_) return;
     ++steps_;
@@ -143,8 +143,7 @@ class VerletIntegrator final : public OneStepIntegrator {
     return share;
   }
 
-  // Updates the tracked frequency. The smaller its change, the longer the time until the next
-  // check.
+  // Updates the tracked frequency, and the number of steps until the next check from its change.
   void check_tracked_frequency(std::span<const double> y) {
     const double before = tracker_->frequency();
     tracker_->follow(end_, y, end_acceleration_);
@@ -164,8 +163,8 @@ class VerletIntegrator final : public OneStepIntegrator {
   }
 
   // Returns the frequency (rad/s) from the Rayleigh quotient of the acceleration: a1 - 2 a + a_-1 =
-  // -h^2 M^-1 K a. It never exceeds the highest frequency of the bodies. It reaches that frequency
-  // once an unstable vibration dominates the motion.
+  // -h^2 M^-1 K a. In linear undamped motion, it does not exceed the highest frequency of the
+  // bodies. It approaches that frequency once an unstable vibration dominates the motion.
   double shown_frequency(double h) const {
     const VibrationProducts seen = dynamics().mass().vibration(
         before_acceleration_, start_acceleration_, end_acceleration_, dynamics().threads());
@@ -187,9 +186,9 @@ class VerletIntegrator final : public OneStepIntegrator {
     propose(chosen_step_);
   }
 
-  // Sets decay_ and stiff_place_, and returns verlet_rate() of the present state. Until the next
-  // corner of a curve, damping is strongest now or at that corner, so decay_ is the larger of these
-  // two decays.
+  // Sets decay_ and stiff_place_, and returns verlet_rate() of the present frequency and decay_.
+  // Until the next corner of a curve, damping is strongest now or at that corner, so decay_ is the
+  // larger of these two decays.
   double find_decay() {
     dynamics().begin_step(time());
     SpectralEstimate fastest = estimate_spectrum(dynamics(), time(), state());
@@ -209,7 +208,7 @@ class VerletIntegrator final : public OneStepIntegrator {
     return sim::trouble_of(fault);
   }
 
-  bool needs_velocities_;  // true if forces depend on velocities
+  bool needs_velocities_;  // true if forces may depend on velocities
 
   double share_ = 0;        // chosen fraction of the longest stable step
   double chosen_step_ = 0;  // length (s) of chosen steps
@@ -219,7 +218,8 @@ class VerletIntegrator final : public OneStepIntegrator {
   std::int64_t steps_ = 0, next_check_ = 1, next_shown_check_ = 0;
   int steps_per_check_ = 1;
 
-  double start_ = -1, end_ = -1;  // times (s) of start_acceleration_ and end_acceleration_
+  // Times (s) of start_acceleration_ and end_acceleration_; -1: unknown.
+  double start_ = -1, end_ = -1;
   // Accelerations (m/s^2) at three successive times: the start of the last step, and both ends of
   // the present one.
   std::vector<Vec3> before_acceleration_, start_acceleration_, end_acceleration_;

@@ -25,8 +25,8 @@ inline double verlet_tolerance(double share) {
 
 // Returns the rate r (1/s) of the longest stable step 2 / r: the positive solution h of
 // h^2 frequency^2 + 4 h decay = 4 (docs/theory.md, "Verlet without step"). `frequency` (rad/s) and
-// `decay` (1/s) are the largest ones of the motion. Damping halves the longest step because it acts
-// on a velocity that is extrapolated from the start of the step.
+// `decay` (1/s) are the largest ones of the motion. If damping dominates, the longest step is half
+// of 2 / decay, because damping acts on a velocity that is extrapolated from the start of the step.
 inline double verlet_rate(double frequency, double decay) {
   return decay + std::hypot(decay, frequency);
 }

@@ -42,7 +42,7 @@ class StencilNumbers {
 
  private:
   struct Run {
-    int end = 0;  // number of the first stencil after the run
+    int end = 0;  // index of the first stencil after the run
     double value = 0;
   };
   std::vector<Run> runs_;

@@ -23,7 +23,7 @@ using Vector = Eigen::VectorXd;
 // square is the relative error that rotations of this size cause. The relative error of rounding is
 // 1e-16 divided by this fraction.
 constexpr double difference_part = 1e-5;
-// Number of rounding errors below which the change of energy along a mode is rounding noise.
+// A change of energy along a mode counts as noise if it is at most this number of rounding errors.
 constexpr double energy_roundings = 100;
 
 class Buckling {

@@ -36,9 +36,9 @@ struct BucklingModes {
 // and gravity with static.scale_gravity. K is its tangent stiffness, and u with K u = load is the
 // linear response to the loads at factor 1. G is the derivative of K along u:
 //   (K + (critical - load_factor) G) shape = 0,  G = d/ds K(x + s u, load_factor + s) at s = 0.
-// Central differences compute G, exactly for membranes. G contains the geometric stiffness of the
-// linear stresses. It also contains the stiffness of loads whose direction rotates with the
-// surface.
+// Central differences compute G. They are exact up to rounding for membranes of triangles whose
+// tension is linear in the Green strain. G contains the geometric stiffness of the linear stresses.
+// It also contains the stiffness of loads whose direction rotates with the surface.
 //
 // Fails if all particles are held, forces cannot be evaluated, or K is not positive definite. Also
 // fails if the loads cause no displacement or no stress, or if the search for eigenvalues does not

@@ -126,7 +126,7 @@ void CaseEquilibrium::apply_load_factor() {
   if (scene_->source.equilibria.scale_gravity) dynamics().set_load(*options_.load_factor);
 }
 
-// Returns the start shape at rest, with moving pins at their positions of `time`.
+// Returns the start shape at rest, with moving pins at their positions at `time`.
 std::vector<double> CaseEquilibrium::start_at(double time) const {
   std::vector<double> y = dynamics().initial_state();
   dynamics().place_pins(time, y);

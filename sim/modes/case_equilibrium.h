@@ -24,11 +24,11 @@ struct EquilibriumOptions {
 };
 
 // The equilibrium of a case at time.duration, under the loads and with the moving pins of that
-// time, for any time.method. The method of the search is time.method = "static". If nothing varies
-// or moves in time, the search takes one step. Otherwise it steps through the frames of the case.
-// If the case follows a path of loads, the equilibrium is the end of the path. Otherwise a start
-// shape in balance is accepted without a search, because a body that nothing holds has no isolated
-// equilibrium.
+// time, for any time.method. The method of the search is time.method = "static". If the case
+// follows a path of loads, the equilibrium is the end of the path. Otherwise the search steps
+// through the frames of the case, or has a single frame if nothing varies or moves in time. A start
+// shape in balance is then accepted without a step, because a body that nothing holds has no
+// isolated equilibrium.
 class CaseEquilibrium {
  public:
   // Throws CaseError as build_scene() and check_initial_state() do, and for a pin that takes hold
@@ -47,8 +47,9 @@ class CaseEquilibrium {
   // Returns positions, then velocities (StateView). The velocities are zero.
   std::span<const double> state() const { return state_; }
   // Returns the norm of the forces on free particles, divided by the norm of the loads and of the
-  // forces on held particles. The result is 0 if no force acts on free particles, and infinite if
-  // the forces cannot be evaluated. Cost: one evaluation of the forces.
+  // forces on held particles. The result is 0 if no net force acts on free particles. It is
+  // infinite if the forces cannot be evaluated, or if net forces act without loads and held
+  // particles. Cost: one evaluation of the forces.
   double imbalance();
 
  private:

@@ -29,7 +29,7 @@ struct Eigenpair {
 // Returns an empty list if A is zero. Returns nothing if Lanczos does not converge or pairs are
 // still missing after ten searches. The result is deterministic, because the start vector is fixed.
 // Cost: usually one search. A search costs at least two factorisations and about ten solves per
-// pair.
+// pair. Problems with at most 2 * count + 20 unknowns are solved densely instead.
 std::optional<std::vector<Eigenpair>> largest_eigenpairs(const Eigen::SparseMatrix<double>& a,
                                                          const Eigen::SparseMatrix<double>& f,
                                                          const SymmetricFactors& factors,

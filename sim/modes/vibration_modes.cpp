@@ -20,8 +20,8 @@ using Matrix = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
 using Kind = VibrationMode::Kind;
 
-// Number of rounding errors of a shape's energy up to which its eigenvalue counts as zero. The
-// energy is that in K + shift M, whose rounding error follows from rounding_scale().
+// An eigenvalue counts as zero if the energy of its shape is at most this number of rounding
+// errors. The rounding error is that of the energy in K + shift M (rounding_scale()).
 constexpr double shift_roundings = 1e4;
 // Largest deviation of a rigid shape from rigid motions, relative to its norm.
 constexpr double rigid_tolerance = 1e-4;
@@ -53,7 +53,7 @@ double scale_of(const Matrix& stiffness, const Matrix& mass, int count, Symmetri
 }
 
 // Finds a positive shift (1/s^2) for which K + shift M is positive definite, and stores the factors
-// of this matrix in `factors`. Returns the shift, or 0 if there is none.
+// of this matrix in `factors`. Returns the shift, or 0 if no shift is found.
 double factorise_shifted(const Matrix& stiffness, const Matrix& mass, double scale,
                          SymmetricFactors& factors) {
   double shift = scale / scale_ratio;

@@ -29,7 +29,8 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
 
 namespace {
 
-// An equilibrium does not depend on the mass, so lumped masses suffice to search for it.
+// An equilibrium depends on the weights of the particles but not on their inertia, so lumped masses
+// suffice to search for it.
 MassOperator::Form mass_form(const Scene& scene) {
   return traits_of(scene.source.time.method).finds_equilibria() ? MassOperator::Form::lumped
                                                                 : MassOperator::Form::consistent;
@@ -661,7 +662,8 @@ void Dynamics::find_forces_of_pins(double time, ForceParts& parts) {
   for (const int i : held_) parts.support[i] = mass_.row_product(i, acceleration.data()) - force(i);
 }
 
-// Sets the accelerations (m/s^2) of moving pins. Other entries keep their values.
+// Sets the accelerations (m/s^2) of moving pins. Other entries keep their values. Sets nothing if a
+// load is set, because all pins then count as at rest.
 void Dynamics::find_accelerations_of_pins(double time, std::span<Vec3> acceleration) const {
   if (load_) return;
   visit_moving_pins([&](const PrescribedMotion& held) {

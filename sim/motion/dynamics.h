@@ -68,7 +68,7 @@ struct ForceParts {
 };
 
 // The arguments of an assembly of K and D. A second assembly from the same arguments gives the same
-// bits.
+// bits of K and D.
 struct Linearisation {
   double time = 0, step_start = 0;  // s
   std::vector<double> state;
@@ -130,8 +130,9 @@ class Dynamics {
   // True if a force has Force::is_load().
   bool has_loads() const;
 
-  // Assembles K = -dF/dx and D = -dF/dv of all forces except contact. D includes mass damping.
-  // Contact keeps its own matrices, which belong to the last evaluation of contact.
+  // Assembles K = -dF/dx and D = -dF/dv of all forces except contact. D includes mass damping. D is
+  // zero if a load is set (set_load()). Contact keeps its own matrices, which belong to the last
+  // evaluation of contact.
   void assemble(double time, std::span<const double> y,
                 Definiteness definiteness = Definiteness::exact);
   // Assembles for a single gamma and a single right-hand side, in half the memory. stiffness()
@@ -157,8 +158,8 @@ class Dynamics {
   // on. A hardness below 1 softens bodies in searches for equilibria.
   void set_hardness(double hardness) { hardness_ = hardness; }
   const BlockMatrix& stiffness() const { return stiffness_; }
-  // Returns the matrix D. Precondition: has_damping(). D then exists and is not joined to the
-  // stiffness.
+  // Returns the matrix D of the last assemble(). Precondition: has_damping(), and the last assembly
+  // was not joined.
   const BlockMatrix& damping() const { return damping_; }
   bool has_damping() const { return has_damping_ && damping_product_.empty(); }
   const Contact* contact() const { return contact_ ? &*contact_ : nullptr; }
@@ -171,8 +172,9 @@ class Dynamics {
   // evaluations at a jump use the value after it.
   void begin_step(double time) { step_start_ = time; }
   double step_start() const { return step_start_; }
-  // Returns the instant at which varying coefficients are taken for forces at `time` (s). A jump
-  // within time.minimum_step after `time` counts as passed.
+  // Returns the instant at which varying coefficients are taken for forces at `time` (s). If `time`
+  // lies within a step, jumps within time.minimum_step after the start of the step count as passed,
+  // and later jumps do not. Otherwise jumps within time.minimum_step after `time` count as passed.
   Instant instant(double time) const {
     const double within = is_before_jump(time) ? step_start_ : time;
     return {time, within + scene_.source.time.minimum_step};
@@ -224,7 +226,7 @@ class Dynamics {
   // an earlier call.
   void expand(double time, std::span<const double> y, std::vector<Vec3>& position,
               std::vector<Vec3>& velocity) const;
-  // Does expand() and also writes the entries of moving obstacles, in O(their particles).
+  // Does expand() and also writes the entries of moving obstacles. O(particles).
   void expand_all(double time, std::span<const double> y, std::vector<Vec3>& position,
                   std::vector<Vec3>& velocity) const;
   std::vector<std::string> force_names() const;
@@ -242,7 +244,8 @@ class Dynamics {
   bool has_moving_points() const;
   // Returns gravity (m/s^2) at instant(time).
   Vec3 gravity(double time) const { return gravity_curve_.at(instant(time)); }
-  // True if gravity, friction or a coefficient of a force varies in time.
+  // True if gravity, friction, mass damping, or a coefficient or moving point of a force varies in
+  // time.
   bool varies() const { return varies_; }
   // Computes the forces (N) on all particles, prescribed ones and obstacles included. Contact is
   // evaluated anew; gravity, mass damping and external forces are left out. The force on a moving

@@ -16,8 +16,8 @@ namespace {
 constexpr double energy_share = 0.05;
 
 // True for methods that compute motions. For searches for equilibria, true only under proportional
-// loading without wind, prescribed motion and applied loads. The work of these three never becomes
-// motion.
+// loading without prescribed motion, applied loads and wind that acts on a body. The work of these
+// three never becomes motion.
 bool can_be_watched(const Dynamics& dynamics) {
   const Scene& scene = dynamics.scene();
   if (!traits_of(scene.source.time.method).finds_equilibria()) return true;
@@ -87,7 +87,7 @@ std::optional<Failure> EnergyWatch::check(double time, std::span<const double> y
       std::sqrt(std::max(put_in + external_.doubt(), 0.0) + energy_share * most_) + error;
   const double share = within / (limit * limit);
   largest_share_ = std::max(largest_share_, share);
-  // A ratio that is not finite fails this comparison.
+  // A NaN fails this comparison.
   if (share <= 1) return std::nullopt;
   return failure(time, y, within, put_in);
 }

@@ -13,9 +13,9 @@
 namespace weft::sim {
 
 // Checks that the kinetic and elastic energy E of the free particles does not exceed the energy put
-// in. `put_in` is the energy at the start plus the work of gravity, of external forces and of
-// prescribed motion (external_work.h), less the energy that creases have dissipated. The test
-// compares square roots: they are norms, so their errors add:
+// in. E leaves out forces with Force::is_constraint(). `put_in` is the energy at the start plus the
+// work of gravity, of external forces and of prescribed motion (external_work.h), less the energy
+// that creases have dissipated. The test compares square roots: they are norms, so their errors add:
 //   sqrt(E) <= sqrt(put_in + doubt + 0.05 most) + e,
 //   e = sqrt(3/2 M) velocity_tolerance + relative_tolerance sqrt(most).
 // M is the total mass, and `doubt` that of ExternalWork. `most` is the larger of two energies: the
@@ -26,8 +26,8 @@ namespace weft::sim {
 //
 // The energy of contact and of forces with is_constraint() counts only once it has become motion: a
 // long step that ends deep within a barrier overestimates it, but most methods damp the excess.
-// Equilibria are checked only under proportional loading, without wind, applied loads and
-// prescribed motion.
+// Equilibria are checked only under proportional loading, without prescribed motion, applied loads
+// and wind that acts on a body.
 class EnergyWatch {
  public:
   // `start` is the state at `start_time` (s). The dynamics must outlive the watch. Evaluates

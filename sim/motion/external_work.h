@@ -13,14 +13,15 @@ namespace weft::sim {
 // Sums the work (J) on the free particles, except for the work of constant gravity. F are the
 // forces on particles with prescribed motion, without gravity, mass damping and external forces. x
 // are the positions of these particles. P is the power of the external forces (drag and loads) on
-// the free particles. A step of length h from state 0 to state 1 adds
+// the free particles, plus the power that moving clamps, supports and ties supply. A step of length
+// h from state 0 to state 1 adds
 //   work  += -sum (F0 + F1) / 2 . (x1 - x0) + h (P0 + P1) / 2,
 //   doubt += (|sum (F1 - F0) . (x1 - x0)| + h |P1 - P0|) / 2.
-// If forces and power are monotonic within each step, the error of `work` is at most `doubt`. Heat
-// from internal damping, contact damping and friction is not subtracted. `work` is therefore an
-// upper bound of the energy that becomes motion and strain. P already includes the losses by drag.
-// If wind or drag jumps between two steps, each step uses the value of P on its own side of the
-// jump.
+// The error of `work` is at most `doubt` if, within each step, P and the sum of F . (x1 - x0) are
+// monotonic and x moves on straight lines. Heat from internal damping, contact damping and friction
+// is not subtracted. Apart from its error, `work` is therefore an upper bound of the energy that
+// becomes motion and strain. P already includes the losses by drag. If wind, drag or a load jumps
+// between two steps, each step uses the value of P on its own side of the jump.
 //
 // A varying gravity g has no potential. EnergyWatch uses the energy -g . S with the present g,
 // where S = sum m x over the free particles. Corrections make the work of gravity in a step (g0 +
@@ -38,7 +39,7 @@ class ExternalWork {
   bool is_possible() const { return is_moved() || counts_external_ || gravity_varies_; }
   // Adds the work of the step that ends at (time, y). Steps must be added in order. With prescribed
   // motion it costs one evaluation of the forces and leaves contact evaluated at y. With wind or
-  // loads it costs one evaluation of the external forces.
+  // loads it costs one evaluation of the external forces, or two at a jump.
   void add_step(double time, std::span<const double> y);
 
   double work() const { return work_; }    // J

@@ -12,9 +12,10 @@
 
 namespace weft::sim {
 
-// The mass matrix M of the dynamic particles (mass_matrix.h). One M serves all three axes. Scenes
-// without shells have a diagonal M, whose products cost as little as those of particle_masses.h.
-// With consistent shells, M stores one number per upper block of the pattern given to attach().
+// The mass matrix M of the dynamic particles (mass_matrix.h). One M serves all three axes. Without
+// shells, or with lumped masses, M is diagonal, and its products cost as little as those of
+// particle_masses.h. With consistent shells, M stores one number per upper block of the pattern
+// given to attach().
 class MassOperator {
  public:
   // `lumped`: Scene::mass on the diagonal, for shells too. `consistent`: mass_matrix().
@@ -45,12 +46,12 @@ class MassOperator {
   void multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const;
   // Returns a . M b.
   double product(std::span<const Vec3> a, std::span<const Vec3> b, int threads) const;
-  // Returns vibration_products() of particle_masses.h, with this M.
+  // Returns the sums of vibration_products() (particle_masses.h) with this M.
   VibrationProducts vibration(std::span<const Vec3> before, std::span<const Vec3> a,
                               std::span<const Vec3> after, int threads) const;
   // Replaces the forces F (N) on the free particles by M_ff^-1 F (m/s^2), where M_ff has the rows
   // and columns of the free particles. Entries of held particles become zero. If M is not diagonal,
-  // the first call factorises M_ff. Each call costs two passes over the factor, on one thread.
+  // the first call factorises M_ff, and each call costs two passes over the factor, on one thread.
   void solve(std::span<Vec3> force);
 
  private:

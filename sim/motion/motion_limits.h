@@ -27,8 +27,8 @@ namespace weft::sim {
 //   (prescribed_paths.h).
 //
 // The speeds at the start of the step bound the approach of an obstacle. An obstacle that cannot
-// come into reach shortens no step. Without contact, obstacles limit steps only by events, and only
-// if a body is tied to them. Proofs are in docs/theory.md, section 2.
+// come into reach limits steps only by its events. Without contact, obstacles limit steps only by
+// events, and only if a body is tied to them. Proofs are in docs/theory.md, section 2.
 class MotionLimits {
  public:
   static constexpr double largest_turn = 0.15;  // rad
@@ -63,12 +63,12 @@ class MotionLimits {
   // `time` count as passed, because the bounds of motions hold across events.
   double next_event(double time) const;
   // Returns the time (s) that no step from `time` may pass: the next event or, if sooner, the end
-  // of the longest step that resolves gusts. It is the bound for a step of SUNDIALS after a stop
-  // time. The length of that step is unknown, so it may end later than the `wanted` given to
-  // latest_end().
+  // of the longest step that resolves gusts. The result is the largest number if there is neither.
+  // It is the bound for a step of SUNDIALS after a stop time. The length of that step is unknown,
+  // so it may end later than the `wanted` given to latest_end().
   double last_possible_end(double time) const;
   // has_event_at() is true if an event (next_event()) is within time.minimum_step of `time`.
-  // jumps_at() is true if a prescribed velocity or a curve jumps at such an event.
+  // jumps_at() is true if a prescribed velocity or a curve jumps, or pins change, at such an event.
   bool has_event_at(double time) const;
   bool jumps_at(double time) const;
 

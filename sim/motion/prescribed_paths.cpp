@@ -112,8 +112,9 @@ bool PrescribedPaths::moves(int body, double from, double to) const {
   });
 }
 
-// True if prescribed features of the two bodies may cross. They cannot if both bodies are obstacles
-// of the case, or if all their features follow one motion.
+// True if prescribed features of the two bodies must be checked for crossings. They need no check
+// if both bodies are obstacles of the case, if all features follow one motion, or if a body without
+// self-contact is paired with itself.
 bool PrescribedPaths::may_cross(const BodyPair& pair) const {
   const std::vector<int>&a = features_[pair.a].motions, &b = features_[pair.b].motions;
   if (scene_.bodies[pair.a].is_obstacle || a.empty() || b.empty()) return false;

@@ -56,8 +56,8 @@ class PrescribedPaths {
   const Scene& scene_;
   // Motion of each particle. -1: free. 0: held at rest. m + 1: Scene::prescribed[m].
   std::vector<int> motion_of_particle_;
-  // Motion of each surface point, numbered as in motion_of_particle_. `several_motions_` if its
-  // particles follow different motions.
+  // Motion of each surface point, numbered as in motion_of_particle_. -1 if at least one of its
+  // particles is free, `several_motions_` if its particles follow different motions.
   std::vector<int> motion_of_;
   int several_motions_;
   std::vector<Features> features_;  // prescribed features of each body

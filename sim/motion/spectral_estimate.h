@@ -42,10 +42,11 @@ class FrequencyTracker {
 
  private:
   Dynamics& dynamics_;
-  double amplitude_ = 0;         // largest displacement (m) of the finite differences
-  std::vector<Vec3> vibration_;  // shape of the vibration; its largest coordinate is 1
-  std::vector<double> moved_;    // scratch: a displaced state
-  std::vector<Vec3> change_;     // scratch: accelerations (m/s^2)
+  double amplitude_ = 0;  // largest displacement (m) of the finite differences
+  // Shape of the vibration. Each iteration scales its largest coordinate to 1 or -1.
+  std::vector<Vec3> vibration_;
+  std::vector<double> moved_;  // scratch: a displaced state
+  std::vector<Vec3> change_;   // scratch: accelerations (m/s^2)
   double frequency_ = 0;
 };
 

@@ -50,7 +50,8 @@ void refuse_crossings(const Scene& scene) {
   if (!scene.sewn.is_empty())
     std::erase_if(crossings, [&](const Crossing& c) { return are_sewn(scene, c); });
   if (crossings.empty()) return;
-  // A pair of quads is listed once, even if several pairs of their triangles intersect.
+  // Triangles are described by their first vertices. Pairs of triangles with the same description
+  // are listed once.
   std::vector<std::string> places;
   for (const Crossing& c : crossings) {
     std::string place = describe_triangle(scene, c.surface_a, c.triangle_a) + "  with  " +

@@ -205,7 +205,8 @@ class Run final : private StepObserver {
     report_.reason = failure.text;
     report_.failure = failure;
   }
-  // Ends the run with a failure, and records the last good state as an additional frame.
+  // Ends the run with a failure, and records the last good state as an additional frame unless it
+  // is recorded already.
   void fail_with_last_state(const Failure& failure) {
     fail(failure);
     if (simulation_.time() > last_recorded_) record(simulation_.time(), simulation_.state());

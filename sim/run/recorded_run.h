@@ -29,7 +29,8 @@ struct RunOptions {
   // Costs before run_simulation(): set-up, pilot and their total. The report's bill includes them.
   // The pilot's CPU time also counts towards compute.cpu_limit.
   Bill earlier;
-  // Is called after every step with the simulated time (s). The function may be empty.
+  // Is called with the simulated time (s) after every step that succeeds, steps of a pilot
+  // included. The function may be empty.
   std::function<void(double time)> progress;
   // Is called with a description of each choice that the run makes by itself, and with warnings
   // about the case. The function may be empty.
@@ -51,8 +52,8 @@ struct RunReport {
   // Smallest gap (m) over all steps, each at its last force evaluation. Empty if no pair came into
   // reach.
   std::optional<double> smallest_gap;
-  std::string compute;         // device of the contact search and its reason; empty without contact
-  std::string decision;        // last choice that the integrator made by itself; empty if none
+  std::string compute;   // device of the contact search and its reason; empty without contact
+  std::string decision;  // last choice that the integrator made by itself; empty without a choice
   double largest_stretch = 0;  // largest l / L - 1 over all frames and edges
   std::vector<std::pair<std::string, double>> energies;  // energies (J) of the last frame, by name
   Statistics statistics;
@@ -63,7 +64,7 @@ struct RunReport {
 // Returns the status as --json writes it: "done", "failed", "interrupted".
 const char* status_name(RunReport::Status status);
 
-// Returns RunReport::reason for a run that a signal interrupted: the value of
+// Returns RunReport::reason for a run that a signal interrupted. `signal` is the value of
 // RunOptions::stop_signal.
 std::string reason_of_signal(int signal);
 

@@ -10,7 +10,7 @@
 namespace weft::sim {
 
 // A copy of a scene, `whole`, in which sleeping bodies are obstacles at rest. It has all bodies and
-// particles of `whole`, in another order: first the awake bodies, then the sleeping ones, then the
+// particles of `whole`, in this order: first the awake bodies, then the sleeping bodies, then the
 // bodies that are not dynamic in `whole`.
 class AwakeScene {
  public:

@@ -17,7 +17,7 @@ struct SceneBody;
 // the clamp holds. The ghost follows the motion of the pin.
 struct ClampedEdge {
   int triangle = 0;     // index of the triangle in the body's mesh
-  int edge = 0;         // number of the opposite node in the triangle
+  int edge = 0;         // index of the opposite node in the triangle
   Vec3 ghost{0, 0, 0};  // m, place at t = 0, which the motion of the pin maps to the present place
 };
 

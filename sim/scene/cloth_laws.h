@@ -21,7 +21,7 @@ using StretchLaw =
 using BendingLaw = std::variant<materials::LinearLaw, materials::CurvedBending>;
 
 // Returns the law of the membrane; std::nullopt for shells, spring membranes and cloth without
-// stiffness.
+// membrane stiffness.
 std::optional<StretchLaw> stretch_law(const MaterialCase& material);
 // Returns the law of bending; std::nullopt for shells and for cloth that does not resist bending.
 std::optional<BendingLaw> bending_law(const MaterialCase& material);

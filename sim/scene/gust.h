@@ -20,7 +20,7 @@ namespace weft::sim {
 // spectrum is cut into `waves` bands of equal energy. Each band has one cosine at its median, w_k =
 // tan(pi/2 (k + 1/2) / waves) / T, with the amplitude sigma sqrt(2 / waves). The variance is
 // therefore exact, and the speed is smooth in time. The generator of the phases is fixed, so a seed
-// gives the same gust on every machine.
+// gives the same gust, up to rounding, on every machine.
 class Gust {
  public:
   static constexpr int waves = 64;

@@ -7,8 +7,9 @@ namespace weft::sim {
 
 namespace {
 
-// Returns a mark for each body: 1 if it is held as a whole. A body with several pins, one of which
-// moves, is not held as a whole, because contact and its friction require obstacles to be rigid.
+// Returns a mark for each body: 1 if it is held as a whole. A body with several pins, of which at
+// least one moves, is not held as a whole, because contact and its friction require obstacles to be
+// rigid.
 std::vector<char> find_held(const Scene& scene, const std::vector<PrescribedMotion>& pins) {
   std::vector<char> is_held, moves(scene.bodies.size(), 0);
   std::vector<int> pin_count(scene.bodies.size(), 0);

@@ -1,4 +1,4 @@
-// Turns dynamic bodies into obstacles: bodies whose vertices are all pinned, and sleeping bodies.
+// Turns dynamic bodies into obstacles: bodies held as a whole, and sleeping bodies.
 #pragma once
 
 #include <span>
@@ -11,14 +11,14 @@ namespace weft::sim {
 // Makes obstacles of the bodies that are held as a whole (scene.h), and moves them with their
 // particles behind all other bodies. Sets dynamic_bodies, dynamic_particles and case_order of the
 // scene. `pins` are the prescribed motions of all bodies. Their particles are renumbered, and pins
-// that hold a whole body at rest are removed. Precondition: the scene has all bodies of the case
-// and no obstacles yet.
+// of these obstacles that do not move are removed. If all bodies are held as a whole, all stay
+// dynamic. Precondition: the scene has all bodies of the case and no obstacles yet.
 void put_held_bodies_last(Scene& scene, std::vector<PrescribedMotion>& pins);
 
 // Makes obstacles of the dynamic bodies with a nonzero mark in `is_held` (by body), and moves them
-// with their particles behind the other dynamic bodies. Does nothing if all or none of them are
-// marked. `pins` are the prescribed motions of the scene. Their particles are renumbered, and pins
-// that hold a marked body at rest are removed.
+// with their particles behind the other dynamic bodies. Does nothing if all or none of the dynamic
+// bodies are marked. `pins` are the prescribed motions of the scene. Their particles are
+// renumbered, and pins of marked bodies that do not move are removed.
 void hold_bodies(Scene& scene, std::span<const char> is_held, std::vector<PrescribedMotion>& pins);
 
 }  // namespace weft::sim

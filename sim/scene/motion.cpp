@@ -42,7 +42,7 @@ double largest_curvature(double from, double to) {
 }
 
 // Returns an upper bound (m) of the distance between two points of an arc. It is the smaller of the
-// length of the arc and its diameter.
+// length of the arc and the diameter of its circle.
 double arc_travel(double angle, double radius) { return radius * std::min(angle, 2.0); }
 
 }  // namespace

@@ -58,9 +58,9 @@ struct RigidPose {
 // are therefore continuous, and zero at the keyframes. If the first keyframe is after t = 0, the
 // motion starts at t = 0 without translation or rotation.
 //
-// The rotation between two keyframes is about one axis. If their rotation vectors are parallel, or
-// one is zero, its angle is the difference of their angles, however large. Otherwise it is the
-// shortest rotation from one orientation to the other.
+// The rotation between two keyframes is about one axis. If the rotation vectors of the keyframes
+// are parallel, or one of them is zero, its rotation vector is their difference, however long.
+// Otherwise it is the shortest rotation from one orientation to the other.
 class RigidMotion {
  public:
   RigidMotion() = default;

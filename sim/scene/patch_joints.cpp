@@ -85,7 +85,7 @@ bool align(const Border& with, Border& border) {
 
 std::vector<PatchJoint> find_patch_joints(const bsi::Atlas& atlas) {
   const std::vector<Border> borders = borders_of(atlas);
-  // The one or two borders that contain an edge, as indices in `borders`; -1: none.
+  // The one or two borders that contain an edge, as indices in `borders`; -1: no second border.
   std::map<std::pair<int, int>, std::array<int, 2>> users;
   for (int b = 0; b < static_cast<int>(borders.size()); ++b) {
     for (int i = 0; i < borders[b].edges(); ++i) {

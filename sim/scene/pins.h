@@ -14,8 +14,9 @@ namespace weft::sim {
 // corners, edges, ranges of rows and columns, or a box. Several selectors select the union of their
 // vertices. A range of rows together with a range of columns selects the block where both meet. The
 // box selects by `positions` (m, by particle). Throws CaseError at `where` if the body lacks the
-// patch, a range lies outside the image, a closed axis has no such corner or edge, or nothing is
-// selected. `owner` names the selecting table in messages: "pin", "tie" or "load".
+// patch, a range lies outside the image, a selected corner or edge does not exist because an axis
+// is closed, or nothing is selected. `owner` names the selecting table in messages: "pin", "tie" or
+// "load".
 std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLocation& where,
                                  const std::string& owner, const bsi::Atlas& atlas,
                                  std::span<const Vec3> positions);

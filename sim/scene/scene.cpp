@@ -47,7 +47,7 @@ Vec3 mean_of(std::span<const Vec3> points) {
   return sum / static_cast<double>(std::max<std::size_t>(1, points.size()));
 }
 
-// Checks the memory that the case needs once a shape file has been read, because the number of its
+// Checks the memory that the case needs after a shape file has been read, because the count of its
 // vertices is known only then. Bodies and obstacles built before count with their actual numbers of
 // vertices.
 void refuse_beyond_memory(const Scene& scene, const ShapeCase& shape, int vertices) {
@@ -171,7 +171,8 @@ void add_pins(Scene& scene, const BodyCase& from, SceneBody& body,
     if (pin.clamp && body.spline) named = with_clamped_rows(body, pin, std::move(named));
     for (const int local : named) {
       const int particle = body.first_particle + local;
-      if (scene.pinned[particle] != 0) continue;  // the first pin that selects a vertex holds it
+      // The first pin that selects a vertex holds it. Pins that slide do not count.
+      if (scene.pinned[particle] != 0) continue;
       scene.pinned[particle] = 1;
       held.particles.push_back(particle);
       held.start.push_back(scene.initial_position[particle]);
@@ -200,8 +201,8 @@ void add_loads(Scene& scene) {
   }
 }
 
-// Returns the default number of threads. If threads had fewer particles, they would lose more time
-// waiting for each other than they save (docs/decisions/0025).
+// Returns the default number of threads. With fewer particles per thread, threads would lose more
+// time waiting for each other than they save (docs/decisions/0025).
 int threads_that_pay(int particles) {
   constexpr int particles_per_thread = 4096;
   return std::clamp(particles / particles_per_thread, 1, omp_get_num_procs());

@@ -43,8 +43,8 @@ struct SurfaceLoad {
   std::shared_ptr<const std::vector<LoadPoint>> points;
 };
 
-// A body or obstacle of the scene. Its particles have the numbers first_particle .. first_particle
-// + particle_count() - 1. Its surface points have the numbers first_point .. first_point +
+// A body or obstacle of the scene. Its particles have the indices first_particle .. first_particle
+// + particle_count() - 1. Its surface points have the indices first_point .. first_point +
 // point_count() - 1.
 struct SceneBody {
   std::string name;
@@ -65,7 +65,8 @@ struct SceneBody {
   bool self_contact = false;
   double thickness = 0;   // m
   double warp_angle = 0;  // rad, angle from the rows of the image to the warp
-  // Points into Scene::source. Null for obstacles of the case.
+  // Points into the source of the scene that build_scene() returned. Null for obstacles of the
+  // case.
   const MaterialCase* material = nullptr;
 
   int particle_count() const { return atlas.particle_count(); }
@@ -82,14 +83,13 @@ struct PrescribedMotion {
   std::vector<int> particles;        // global indices
   std::vector<Vec3> start;           // positions at t = 0, m
   double radius = 0;                 // m, largest distance of `start` from the centre of the motion
-  std::vector<ClampedEdge> clamped;  // edges that the pin clamps; empty if it is no clamp
+  std::vector<ClampedEdge> clamped;  // edges that the pin clamps; empty for shells
   int pin = -1;                      // index of the pin in the list of its body; -1 for obstacles
 };
 
-// A pin of a body with timed pins (timed_pins.h): at least one pin of the body takes hold or lets
-// go during the run.
+// A pin of a body of which at least one pin takes hold or lets go during the run (timed_pins.h).
 struct TimedPin {
-  const PinCase* source;       // points into Scene::source
+  const PinCase* source;       // points into the source of the built scene
   int number;                  // index of the pin in the list of its body
   int body;                    // index into Scene::bodies
   std::vector<int> particles;  // global indices of all particles that the pin may hold
@@ -123,7 +123,8 @@ struct Scene {
   int dynamic_bodies = 0;
   int dynamic_particles = 0;
   int particle_count = 0;
-  int dynamic_points = 0;  // number of surface points of dynamic bodies, whose numbers come first
+  // Count of the surface points of dynamic bodies. These points have the lowest indices.
+  int dynamic_points = 0;
   int point_count = 0;
   int threads = 1;  // number of threads of a run
 
@@ -138,7 +139,8 @@ struct Scene {
   SewnPoints sewn;                     // surface points that seams hold together
   std::vector<TimedPin> timed_pins;    // by body, in the order of the case
   std::vector<TimedHold> first_holds;  // holds of the timed pins at t = 0
-  double pins_change_at = std::numeric_limits<double>::infinity();  // s, next change of timed pins
+  // Time (s) of the next change of timed pins. Set by hold_timed_pins() only.
+  double pins_change_at = std::numeric_limits<double>::infinity();
 
   // Returns the velocity (m/s) of a free particle at t = 0.
   Vec3 initial_velocity(int particle) const;
@@ -166,9 +168,10 @@ struct Scene {
 };
 
 // Builds the scene of a case with its shapes, masses, pins, motions, loads and ties. Precondition:
-// time.accuracy is settled (sim/accuracy/accuracy_pilot.h). Throws CaseError at the place in the
-// case of a shape file that cannot be read, of triangles without area, or of a pin that selects
-// nothing. Also throws CaseError if shapes from files need more memory than the limit.
+// time.accuracy is settled (sim/accuracy/accuracy_pilot.h). Throws CaseError at the place of an
+// error in the case, for example of a shape file that cannot be read, of triangles without area, or
+// of a pin that selects nothing. Also throws CaseError if shapes from files need more memory than
+// the limit.
 std::unique_ptr<const Scene> build_scene(const Case& source);
 
 }  // namespace weft::sim

@@ -15,13 +15,14 @@ struct SceneCurve {
   std::string key;  // for example "world.wind" or "material.cotton.mass_damping"
   std::variant<const Varying<double>*, const Varying<Vec3>*> source;  // points into the case
   CurveTimes times;
-  std::string unused;  // reason why the key has no effect; empty if it has one
+  std::string unused;  // reason why the key has no effect; empty if it has an effect
   // True if a change of the value can set any body at rest in motion.
   bool moves_all = false;
-  std::vector<std::string> moves_materials;  // materials whose bodies it can set in motion
+  std::vector<std::string> moves_materials;  // materials whose bodies the change can set in motion
 };
 
-// Returns the keys of a case that vary in time, in the order of the case.
+// Returns the keys of a case that vary in time: first the keys of the world, then of contact,
+// materials and loads.
 std::vector<SceneCurve> find_curves(const Case& source);
 
 // The varying keys of a case that have an effect.

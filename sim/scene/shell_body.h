@@ -23,15 +23,15 @@ std::vector<Vec3> control_points_of(const SceneBody& body, const BodyCase& from,
 
 // Calls visit(place, point, mass) for the quadrature points of a shell's mass, element by element.
 // `mass` (kg) is the mass that the point stands for, 0 where the surface has no area. Each element
-// has 4 x 4 Gauss points, which integrate products of two basis functions exactly if the control
-// points form a flat net of equal spacing. Precondition: `rest` of the body has control points.
+// has 4 x 4 Gauss points. They integrate products of two basis functions exactly where the area per
+// parameter area is constant. Precondition: `rest` of the body has control points.
 using MassVisit =
     std::function<void(const SplineSurface::Place&, const SplineSurface::Point&, double)>;
 void visit_shell_mass(const SceneBody& body, const MassVisit& visit);
 
 // Returns the masses (kg) of a shell's control points: the row sums of its mass matrix
 // (sim/motion/mass_matrix.h). Precondition: `rest` of the body has control points. Throws CaseError
-// at the shape if the rest surface has no area at a point.
+// at the shape if the rest surface has no area at a quadrature point.
 std::vector<double> shell_masses(const SceneBody& body, const BodyCase& from);
 
 // Sets the surface of a shell on which contact acts. Its points lie at the ends and in the middle
@@ -45,14 +45,14 @@ void sample_shell(SceneBody& body);
 struct BesideBorder {
   int particle = 0, border = 0;
 };
-// Returns the control points next to each border of a patch that lies wholly in `held` (local
-// indices, sorted).
+// Returns the control points next to each border of a patch whose control points all lie in `held`
+// (local indices, sorted).
 std::vector<BesideBorder> rows_beside_borders(const SceneBody& body, std::span<const int> held);
 
 // Returns the control points that a clamp of a shell holds (local indices, sorted). These are
-// `held`, the control points that the pin selects, and the row next to each border that lies wholly
-// in `held`. Both rows together span the tangent planes along the border. Throws CaseError at the
-// pin if no border lies wholly in `held`.
+// `held`, the control points that the pin selects, and the row or column next to each border that
+// lies wholly in `held`. Both together span the tangent planes along the border. Throws CaseError
+// at the pin if no border lies wholly in `held`.
 std::vector<int> with_clamped_rows(const SceneBody& body, const PinCase& pin,
                                    std::vector<int> held);
 

@@ -1,4 +1,4 @@
-// Supports that hold particles in some directions and leave them free in the others.
+// Supports that hold particles in some directions and leave them free in the other directions.
 #pragma once
 
 #include <span>
@@ -28,7 +28,7 @@ struct SlidingSupport {
 struct SlidingSupports {
   std::vector<SlidingSupport> all;
   std::vector<RigidMotion> motions;  // by pin
-  std::vector<char> moves;           // by pin: nonzero if it moves
+  std::vector<char> moves;           // by pin: nonzero if the pin moves
 };
 
 // Appends the supports of a pin with `axes` or with a plane of symmetry. `number` is the index of

@@ -64,9 +64,10 @@ class SplineAxis {
   std::vector<QuadraturePoint> gauss_points(int per_element) const;
   // Returns the points at which strains along the axis are integrated. Thin shells bend without
   // stretching only if these points are few. There is about one per element, where the slope of the
-  // spline's shortest wave is largest. The rule has order 6 for degree 3 and order 4 for degree 2.
-  // On short open axes the order is lower: at least 3 for degree 3 (fewer than four elements), at
-  // least 2 for degree 2 (fewer than six elements).
+  // spline's shortest wave is largest. On closed axes the rule integrates smooth functions to any
+  // order. On open axes it has order 6 for degree 3 and order 4 for degree 2. On short open axes
+  // the order is lower: at least 3 for degree 3 (fewer than four elements), at least 2 for degree 2
+  // (fewer than six elements).
   std::vector<QuadraturePoint> strain_points() const;
   // Returns the points at which strains across the axis are integrated. A spline that is zero at
   // all of them is zero everywhere. An open axis has `degree` Gauss points per element, or one more

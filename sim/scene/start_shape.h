@@ -10,7 +10,7 @@ namespace weft::sim {
 // Returns the positions (m) of a body's particles at t = 0, in the frame of its shape, before
 // stretch and rotation. They come from body.start, or from the rest shape if the case has no
 // body.start. Throws CaseError at start.shape if its image differs from the image of the rest shape
-// in size or seams, and as build_shape().
+// in size, closed axes or seams. Also throws as build_shape() does.
 std::vector<Vec3> start_shape(const BodyCase& from, const SceneBody& body, const Case& source);
 
 // Bends points (m) onto a cylinder of radius R. `direction_deg` (degrees, from the x-axis) is the

@@ -9,8 +9,8 @@ namespace weft::sim {
 std::vector<double> areas_around(const bsi::Mesh& mesh, std::span<const Vec3> vertices);
 
 // Numbers the surface points of all bodies, joins the maps of the bodies into the map of the scene,
-// and computes the areas around the points and the points that seams hold together. Must be called
-// when particles have their final numbers, and again when they are renumbered. O(mesh).
+// computes the points that seams hold together and, with contact, the areas around the points. Must
+// be called when particles have their final numbers, and again when they are renumbered. O(mesh).
 void number_surface_points(Scene& scene);
 
 }  // namespace weft::sim

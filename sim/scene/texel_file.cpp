@@ -46,8 +46,7 @@ class Pipe {
   std::array<int, 2> ends_{-1, -1};
 };
 
-// Writes `size` bytes. Returns false if an error occurs, for example because the reading end is
-// closed.
+// Writes `size` bytes. Returns false if an error occurs.
 bool send(int pipe, const void* data, std::size_t size) {
   const auto* bytes = static_cast<const char*>(data);
   while (size > 0) {
@@ -93,7 +92,8 @@ herr_t append_image(hid_t file, const char* name, const H5O_info_t* info, void* 
   return 0;
 }
 
-// Returns the message for a missing dataset. The message names the images that the file has.
+// Returns the message for a missing dataset. The message suggests the image of the file with the
+// nearest name, or lists all images.
 std::string describe_missing(hid_t file, const std::string& dataset) {
   std::vector<std::string> images;
   H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, append_image, &images, H5O_INFO_BASIC);

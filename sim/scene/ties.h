@@ -28,9 +28,10 @@ struct TieSpring {
 };
 
 struct Tie {
-  const TieCase* source = nullptr;  // points into Scene::source
-  int number = 0;                   // index into Case::tie
-  int body = 0, to = 0;             // indices into Scene::case_order
+  // Points into the source of the scene that build_scene() returned.
+  const TieCase* source = nullptr;
+  int number = 0;        // index into Case::tie
+  int body = 0, to = 0;  // indices into Scene::case_order
   std::vector<TieSpring> springs;
 };
 

@@ -24,8 +24,8 @@ class TimeCurve {
 
  private:
   bool varies_;
-  Value constant_;          // value if it does not vary
-  CurveCase<Value> curve_;  // times and values if it is a curve
+  Value constant_;          // the value if it is constant
+  CurveCase<Value> curve_;  // times and values if the value is given by a curve
   std::optional<Gust> gust_;
 };
 

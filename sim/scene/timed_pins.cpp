@@ -50,8 +50,8 @@ std::vector<ClampedEdge> clamped_edges(const SceneBody& body, const TimedHold& h
   return edges;
 }
 
-// Returns the hold of a pin on `particles`. `before` is the previous hold of the pin, or null if it
-// had none.
+// Returns the hold of a pin on `particles`. `before` is the previous hold of the pin, or null if
+// the pin held nothing before.
 TimedHold hold_of(int pin, const PinCase& source, const SceneBody& body, std::vector<int> particles,
                   double now, std::span<const Vec3> position, const TimedHold* before) {
   TimedHold hold;

@@ -8,7 +8,7 @@
 
 namespace weft::sim {
 
-// Returns true if any pin of the body takes hold or lets go during a run. In this case all pins of
+// Returns true if any pin of the body takes hold after t = 0 or lets go. In this case all pins of
 // the body are timed.
 bool has_timed_pins(const BodyCase& body);
 
@@ -18,10 +18,10 @@ bool has_timed_pins(const BodyCase& body);
 void add_timed_pins(Scene& scene);
 
 // Returns the particles that timed pins hold after the change of pins at `event` (s). A pin holds
-// from its hold_time to its release_time. If several pins select a particle, the first of them in
-// the case holds it. `position` has the positions of the dynamic particles (m) at the time `now`
-// (s), which is close to `event`. Pins hold the particles that they take over at these positions.
-// `before` has the holds before the change.
+// from its hold_time to its release_time, if it has one. If several pins that hold at this time
+// select a particle, the first of these pins in the case holds it. `position` has the positions of
+// the dynamic particles (m) at the time `now` (s), which is close to `event`. Pins hold the
+// particles that they take over at these positions. `before` has the holds before the change.
 std::vector<TimedHold> find_holds(const Scene& whole, double event, double now,
                                   std::span<const Vec3> position,
                                   std::span<const TimedHold> before);

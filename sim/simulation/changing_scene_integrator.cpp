@@ -103,7 +103,7 @@ double ChangingSceneIntegrator::breaking_time() const {
   return breaks;
 }
 
-// Ends the last step at the time when a tie breaks, and continues without that tie.
+// Ends the last step at the time when ties break, and continues without these ties.
 void ChangingSceneIntegrator::break_ties() {
   const double now = breaking_time();
   std::vector<double> y(state().begin(), state().end());
@@ -150,8 +150,8 @@ void ChangingSceneIntegrator::build() {
   stage_->integrator->set_reason_to_stop([this] { return reason_to_stop(); });
 }
 
-// Copies the state and places moving pins exactly. Methods compute their positions only within
-// tolerances.
+// Copies the state and places moving pins exactly. Methods compute the positions of these pins only
+// within tolerances.
 void ChangingSceneIntegrator::copy_state() {
   state_.clear();
   if (!stage_->dynamics.pins_move()) return;

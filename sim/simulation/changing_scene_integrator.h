@@ -24,7 +24,8 @@ bool changes_in_time(const Scene& scene);
 //
 // A step ends at each change of pins, to within time.minimum_step. If a tie carries more than its
 // break_force at the end of a step, interpolation shortens the step to the time when the tie
-// reached this force.
+// reached this force. If surfaces meet in an interpolated state, the tie breaks at the end of the
+// step instead.
 //
 // A released vertex keeps the velocity that its pin had before the release. A vertex that a pin
 // begins to hold gets the velocity of the pin at once.

@@ -11,7 +11,7 @@ namespace weft::sim {
 
 namespace {
 
-// Returns the fastest particle, or -1 if all are at rest.
+// Returns the fastest particle, or -1 if all particles are at rest.
 int fastest_particle(const Simulation& simulation) {
   const std::span<const Vec3> velocity = StateView::of(simulation.state()).velocity;
   const auto fastest = std::max_element(

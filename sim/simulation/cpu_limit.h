@@ -13,13 +13,13 @@ class CpuLimit {
   // Limits the CPU time of the process, all threads together, to `limit` (s) from now on.
   explicit CpuLimit(double limit);
   // True if the limit is exceeded. Reads the clock of CPU time at most once per millisecond. Other
-  // calls read only a fast clock.
+  // calls read only a fast clock and return false.
   bool is_passed();
   // Excludes `time` (s) of CPU time that was not spent on the run. A negative `time` counts CPU
   // time spent before the start.
   void exclude(double time) { start_ += time; }
   // Returns the failure of a run that exceeded the limit. Its text states the time reached, the
-  // numbers of steps and cut steps, and the fastest particle.
+  // numbers of steps and cut steps, and the fastest particle, if a particle moves.
   Failure failure(const Simulation& simulation) const;
 
  private:

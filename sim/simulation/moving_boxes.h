@@ -18,7 +18,7 @@ class MovingBoxes {
 
   // True if an obstacle that moves between the times `from` and `to` (s) may come within contact
   // range of a body in `box` (m) with this thickness (m). Conservative: only boxes are compared.
-  // O(obstacles that move).
+  // False if contact is disabled. O(obstacles that move).
   bool may_reach(const Eigen::AlignedBox3d& box, double thickness, double from, double to) const;
 
  private:

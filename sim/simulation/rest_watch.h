@@ -10,8 +10,8 @@
 namespace weft::sim {
 
 // Watches each body over a window of at least half a second. A body is at rest if it passes all
-// checks since the start of its window. In a check, all its vertices must be slower than the
-// velocity tolerance. None may be farther from its position at the start of the window than
+// checks since the start of its window. In a check, no vertex may be faster than the velocity
+// tolerance. No vertex may be farther from its position at the start of the window than
 //
 //   position_tolerance * window / (time left until time.duration, at least the window).
 //

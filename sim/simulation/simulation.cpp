@@ -82,8 +82,8 @@ struct Simulation::Implementation {
   std::size_t contact_pairs = 0;       // pairs in reach in the last force evaluation
   std::optional<double> smallest_gap;  // smallest gap of these pairs (m)
   std::vector<StepObserver*> observers;
-  // The interpolated state that advance() has reached within the last step. Empty if it is the end
-  // of the step.
+  // The interpolated state that advance() has reached within the last step. Empty if the state is
+  // that at the end of the step.
   std::vector<double> inner_state;
   double inner_time = 0;
   mutable std::optional<Energies> energies;  // energies after the last step; empty until computed

@@ -39,7 +39,8 @@ class StepObserver {
 //
 // The energy after a step is checked against the energy put in (sim/motion/energy_watch.h).
 // Explicit methods are checked at every eighth step and at steps that reach the time of a frame. If
-// wind, loads, prescribed motion or varying gravity can do work, every step is checked.
+// wind, loads, prescribed motion or varying gravity can do work, every step is checked. Searches
+// for equilibria are checked under some loads only.
 //
 // The constructors throw CaseError if the scene cannot be simulated. One thread may use a
 // simulation at a time. Different simulations may run side by side.
@@ -93,8 +94,8 @@ class Simulation {
   // do not count.
   std::size_t contact_pairs() const;
   std::optional<double> smallest_gap() const;
-  // Returns the choices that the method has made by itself so far. The text is empty if it makes
-  // none.
+  // Returns the choices that the method has made by itself so far. The text is empty if it makes no
+  // choices.
   std::string decision() const;
   // Returns the device of the contact search and the reason for this device. The text is empty
   // without contact.

@@ -238,7 +238,7 @@ void SleepingIntegrator::fall_asleep() {
 
 // True if a curve that can set the body in motion changes between `from` and `to` (s), or one of
 // its seams is closing. A jump within time.minimum_step before `from` counts as well. A jump at
-// `to` does not count.
+// `to`, or less than half of time.minimum_step before it, does not count.
 bool SleepingIntegrator::is_driven(int body, double from, double to) const {
   const MaterialCase* material = scene_.bodies[body].material;
   const double nearby = scene_.source.time.minimum_step;
@@ -311,7 +311,7 @@ void SleepingIntegrator::find_frozen(double now) {
   frozen_ = whole_.energies(now, state_);
   if (const Contact* contact = whole_.contact()) {
     for (const ContactPair& pair : contact->pairs()) {
-      // At least one of the two bodies is dynamic. The points of that body have the lower numbers.
+      // At least one of the two bodies is dynamic. The points of that body have the lower indices.
       const int body = scene_.body_index_of_point(std::min(pair.nodes[0], pair.nodes[3]));
       if (asleep_[body] != 0) frozen_gap_ = std::min(pair.gap, frozen_gap_.value_or(pair.gap));
     }

@@ -25,7 +25,7 @@ bool may_sleep(const Scene& scene);
 // A body may fall asleep under the following conditions:
 // - it is at rest (rest_watch.h);
 // - none of its pins moves, or will take hold or let go later;
-// - it is not tied or sewn to a body or obstacle whose motion is prescribed;
+// - it is not tied or sewn to a moving body or obstacle whose motion is prescribed;
 // - for the next half second no obstacle moves near it;
 // - for the next half second no curve that acts on it changes (scene_curves.h), and no seam of it
 //   closes.
@@ -35,9 +35,10 @@ bool may_sleep(const Scene& scene);
 // least a tenth of the awake vertices, because the method must restart.
 //
 // For awake bodies, sleeping bodies are obstacles at rest. A step is taken back if, in any
-// evaluation of its forces, a sleeping body is in reach of an awake one. It is also taken back if
-// an obstacle may have come near a sleeping body or a curve that acts on it changes. The sleeping
-// body and its island wake at the start of that step, so no force on them is lost.
+// evaluation of its forces, a sleeping body is in reach of an awake body. It is also taken back if
+// an obstacle may have come near a sleeping body, or if a curve that acts on a sleeping body
+// changes. The sleeping body and its island wake at the start of that step, so no force on them is
+// lost.
 class SleepingIntegrator final : public Integrator {
  public:
   // `whole` is the dynamics of `scene`. Both must outlive the integrator.

@@ -19,9 +19,9 @@ bool CoarseAxis::can_be_coarsened() const {
   return intervals == quads ? quads >= least : intervals % 2 == 0 && intervals >= least;
 }
 
-// Returns the axis with half of the intervals. The first coarser level has 2, 3 or (4 .. 7) 2^k
-// intervals, because these numbers can be halved often. Among them, the number with the ratio to
-// quads / 2 nearest to one is chosen.
+// Returns the axis with about half of the intervals. The first coarser level has 2, 3 or (4 .. 7)
+// 2^k intervals, because these numbers can be halved often. Among them, the number with the ratio
+// to quads / 2 nearest to one is chosen.
 CoarseAxis CoarseAxis::coarser() const {
   CoarseAxis result = *this;
   if (intervals != quads) {
@@ -39,8 +39,9 @@ CoarseAxis CoarseAxis::coarser() const {
   return result;
 }
 
-// Halves are rounded towards the middle of the axis. An axis and its mirror image across a seam
-// then keep the same texels.
+// A position halfway between two texels is rounded towards the middle of the axis. An axis and its
+// mirror image across a seam then keep the same texels, except for a node in the middle between two
+// texels, which is rounded up.
 int CoarseAxis::start(int interval) const {
   if (!wraps) interval = std::clamp(interval, 0, intervals);
   const int rounds = interval >= 0 ? interval / intervals : (interval + 1) / intervals - 1;

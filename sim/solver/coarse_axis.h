@@ -34,9 +34,10 @@ struct CoarseAxis {
   // Returns the axis of the next coarser level. Precondition: can_be_coarsened().
   CoarseAxis coarser() const;
 
-  // Returns, for each node of a coarser axis, the nearest node of this axis, in ascending order.
-  // The nearest node of an end of an open axis is an end. Mirrored nodes of an open axis have
-  // mirrored nearest nodes, except for a node in the middle.
+  // Returns, for each node of a coarser axis, the nearest node of this axis, in ascending order and
+  // without repetition. Nodes across the seam of a closed axis are not considered. The nearest node
+  // of an end of an open axis is an end. Mirrored nodes of an open axis have mirrored nearest
+  // nodes, except for a node in the middle.
   std::vector<int> nearest_nodes(const CoarseAxis& coarse) const;
   // Returns, for each node of this axis, the coarse nodes from which it is interpolated, in
   // ascending order of their positions. Texels are interpolated linearly. Control points follow

@@ -11,7 +11,7 @@ void CoarseMatrixAge::start(int iterations, double residual) {
 }
 
 // Returns the number of iterations since start() in excess of the first solve's iterations per
-// digit.
+// digit, or 0 if that rate is unknown.
 double CoarseMatrixAge::excess_of(int iterations, double residual) const {
   if (iterations_per_digit_ == 0) return 0;
   const double digits = std::log10(start_residual_ / residual);

@@ -5,10 +5,10 @@
 
 namespace weft::sim {
 
-// The first solve with new coarse matrices sets the iterations per digit of residual reduction.
-// Later solves add their iterations in excess of that rate. The matrices are worn out once these
-// extra iterations cost more than a rebuild. Iterations are counted instead of timed, so the
-// decision is the same in every run (docs/decisions/0016).
+// The first solve that takes iterations with new coarse matrices sets the rate, the iterations per
+// digit of residual reduction. Later solves add their iterations in excess of that rate. The
+// matrices are worn out once these extra iterations cost more than a rebuild. Iterations are
+// counted instead of timed, so the decision is the same in every run (docs/decisions/0016).
 class CoarseMatrixAge {
  public:
   // Resets the age to zero. To be called when the coarse matrices have just been formed.
@@ -21,8 +21,9 @@ class CoarseMatrixAge {
   // True if the extra iterations of finished solves and of the present one cost more than a
   // rebuild. The arguments are the present solve's iterations and residual so far.
   bool is_worn_out_by(int iterations, double residual) const;
-  // Records a finished solve: sets the rate, or adds the extra iterations. The arguments are its
-  // total iterations and its final residual.
+  // Records a finished solve: sets the rate, or adds the extra iterations. Does nothing if the
+  // solve took no iteration since start(). The arguments are its total iterations and its final
+  // residual.
   void finish(int iterations, double residual);
 
   void transfer(StateArchive& archive) { archive(iterations_per_digit_, excess_iterations_); }

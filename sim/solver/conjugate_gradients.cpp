@@ -13,13 +13,13 @@ namespace {
 // Largest number of iterations. A system that needs more has not converged.
 constexpr int most_iterations = 2000;
 
-// Largest allowed ratio of one particle's weighted residual to the root mean square of all. A bound
-// on the mean alone would leave a few particles badly solved, and steps of microseconds would
-// follow (docs/decisions/0005).
+// Largest allowed ratio of one particle's weighted residual to the root mean square that the bound
+// implies. A bound on the mean alone would leave a few particles badly solved, and steps of
+// microseconds would follow (docs/decisions/0005).
 constexpr double peak_to_mean = 10;
 
-// Fraction of the initial residual below which residuals are mostly rounding errors. Iterations end
-// there.
+// Fraction of the initial residual below which residuals are mostly rounding errors. There
+// iterations end if the residual meets its bound, whatever the estimated error is.
 constexpr double rounding = 1e-13;
 
 // Assumed ratio of the true error to its estimate with block-Jacobi. There the error falls unevenly
@@ -203,11 +203,11 @@ double ConjugateGradients::inertia(std::span<const Vec3> dv) const {
   return mass_.is_diagonal() ? dv_square_ : mass_.product(dv, dv, matrix_.threads());
 }
 
-// True if the residual and the estimated error meet the goal. Each iteration lowers the squared
-// error in the norm of A by its gain (Hestenes and Stiefel 1952, theorem 6:1). From dv = 0 the
-// gains sum to dv . A dv. Two sums of gains extrapolate to the remaining error: over the last third
-// of the iterations, and over the third before. Single gains fluctuate too much for this. The first
-// four iterations are left out.
+// True if the residual and the estimated error meet the goal, or if the residual meets it and is
+// mostly rounding errors. Each iteration lowers the squared error in the norm of A by its gain
+// (Hestenes and Stiefel 1952, theorem 6:1). From dv = 0 the gains sum to dv . A dv. Two sums of
+// gains extrapolate to the remaining error: over the last third of the iterations, and over the
+// third before. Single gains fluctuate too much for this. The first four iterations are left out.
 bool ConjugateGradients::is_reached(const Solve& solve, double residual) {
   const Goal& goal = solve.goal;
   if (!is_small(solve, residual)) return false;

@@ -14,10 +14,10 @@ namespace weft::sim {
 // Solves A dv = b by preconditioned conjugate gradients.
 //
 // Without contact, the first products with A come from the preconditioner, in single precision, if
-// it provides them. At convergence, or at a negative curvature that rounding may have caused, the
-// residual is formed anew in double. The solve ends if the new residual meets the goal and, with an
-// error goal, is at most twice the recursively updated one. Otherwise it continues with products in
-// double.
+// it provides them. After such products, the residual is formed anew in double at convergence, or
+// at a negative curvature that rounding may have caused. At convergence, the solve ends if the new
+// residual meets the goal and, with an error goal, is at most twice the recursively updated one.
+// Otherwise it continues with products in double.
 class ConjugateGradients {
  public:
   struct Outcome {

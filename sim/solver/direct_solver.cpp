@@ -88,7 +88,8 @@ void DirectSolver::Implementation::compress(int size) {
   std::partial_sum(column_start.begin(), column_start.end(), column_start.begin());
 }
 
-// Returns M b_v - gamma K b_x, contact included (velocity_system.h).
+// Returns M b_v - gamma K b_x, contact included (velocity_system.h). Entries of pinned particles
+// are zero, in b too.
 Eigen::VectorXd DirectSolver::Implementation::right_side(double gamma, const StateView& b) const {
   const int count = dynamics.particle_count();
   std::vector<Vec3> product(count), position(b.position.begin(), b.position.end());

@@ -21,7 +21,7 @@ class DirectSolver {
 
   // Solves (I - gamma J) correction = b; both have 6 * particles doubles. Uses the K and D of the
   // last assembly and the contacts of the last evaluation. Returns false if A is not positive
-  // definite. Costs one factorisation.
+  // definite or the solution is not finite. Costs one factorisation.
   bool solve(double gamma, std::span<const double> b, std::span<double> correction);
 
  private:

@@ -8,9 +8,10 @@
 namespace weft::sim {
 
 // A system is hard if its iterations cost more than a factorisation. After a hard system, the next
-// eight systems of the same or a larger gamma are factorised. Then iterations are tried again. If
-// that system is hard too, twice as many systems are factorised as before. Hard systems often come
-// in short series, for example while surfaces meet (docs/decisions/0016).
+// eight systems of the same or a larger gamma are factorised. Then iterations are tried again.
+// Every further hard system doubles the number of systems to factorise, up to 4096, until a system
+// of the same or a larger gamma is not hard. Hard systems often come in short series, for example
+// while surfaces meet (docs/decisions/0016).
 class FactorisationChoice {
  public:
   // If `is_allowed` is false, no system is factorised.

@@ -48,8 +48,8 @@ class GalerkinProduct {
     std::size_t operator()(const Recipe& recipe) const;
   };
   struct Scratch {
-    std::vector<int> place;  // for each coarse column: number of the first sum of its block
-    std::vector<std::pair<int, Term>> terms;  // number of a sum, and one of its terms
+    std::vector<int> place;  // for each coarse column: index of the first sum of its block
+    std::vector<std::pair<int, Term>> terms;  // index of a sum, and one of its terms
     std::vector<int> next;                    // for each sum: index of its next term
   };
 

@@ -24,8 +24,8 @@ GaussSeidel::GaussSeidel(const BlockPattern& pattern)
   for (int c = 0; c * rows_per_chunk_ < rows_; ++c) {
     std::vector<char> used(colours_.size() + 1, 0);
     const int last = std::min(rows_, (c + 1) * rows_per_chunk_);
-    // Only couplings to earlier chunks are visited: couplings are symmetric, and later chunks visit
-    // the others.
+    // Only couplings to earlier chunks are visited: couplings are symmetric, and the later of two
+    // coupled chunks visits their couplings.
     for (int row = c * rows_per_chunk_; row < last; ++row) {
       for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot) {
         const int other = pattern.column(slot) / rows_per_chunk_;

@@ -33,6 +33,7 @@ class GaussSeidel {
   enum class Half : std::uint8_t { lower, upper };
   // Computes the residual r = b - A x after a sweep. After solve_forward(), r = -U x: pass `upper`
   // and x. After sweep_backward(), r = -L d: pass `lower`, and the change d of that sweep as `x`.
+  // In rows with a zero inverse block, the result is not the residual.
   void find_residual(Half half, const SingleBlockMatrix& matrix, std::span<const Vec3> x,
                      std::span<Vec3> r, int threads) const;
 

@@ -14,7 +14,7 @@ namespace {
 // A patch on one level.
 struct LevelImage {
   CoarseAxis rows, cols;
-  // Numbers of the nodes, rows.nodes() x cols.nodes(). -1: no free finer node depends on the node.
+  // Indices of the nodes, rows.nodes() x cols.nodes(). -1: no free finer node depends on the node.
   std::vector<int> node;
 
   int at(int row, int col) const {
@@ -66,7 +66,7 @@ class Coarsening {
   };
 
   // Appends the next coarser image. Each of its nodes stands for one fine node: the texel that it
-  // keeps or, for a spline, the nearest fine node. number_ gives that fine node a coarse number.
+  // keeps or, for a spline, the nearest fine node. number_ gives that fine node a coarse index.
   void keep(const LevelImage& fine) {
     LevelImage& coarse = images_.emplace_back(LevelImage{fine.rows, fine.cols, {}});
     if (fine.rows.can_be_coarsened() && fine.cols.can_be_coarsened()) {
@@ -137,7 +137,7 @@ class Coarsening {
     }
   }
 
-  std::vector<int> number_;  // coarse number of each fine node; -1: not kept
+  std::vector<int> number_;  // coarse index of each fine node before drop_childless(); -1: not kept
   std::vector<std::vector<Parent>> parents_of_;
   std::span<const char> fixed_;
   std::vector<LevelImage> images_;

@@ -101,8 +101,8 @@ void Multigrid::find_patterns(std::shared_ptr<const BlockPattern> finest) {
   analysed_ = false;
 }
 
-// Copies A, contact pairs included, to the finest level, and inverts its diagonal blocks. Returns
-// false if a diagonal block is not positive definite.
+// Copies A to the finest level, with the contact pairs if `with_contact_`, and inverts its diagonal
+// blocks. Returns false if a diagonal block is not positive definite.
 bool Multigrid::take_finest(const VelocityMatrix& matrix) {
   version_ = matrix.version();
   Level& finest = levels_.front();

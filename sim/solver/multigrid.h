@@ -19,17 +19,17 @@ namespace weft::sim {
 // Contact pairs enter the sweeps and the coarse matrices like any other coupling. A set-up with
 // contact therefore finds the patterns of all levels again (docs/decisions/0015).
 //
-// Without contact the finest level uses the current A. With contact it uses the A of the last
-// set_up(), as the coarse levels always do. The cycle is symmetric and positive definite even with
-// outdated matrices.
+// If the last set_up() was without contact, the finest level uses the current A, without contact.
+// Otherwise it uses the A of the last set_up(), as the coarse levels always do. The cycle is
+// symmetric and positive definite even with outdated matrices.
 class Multigrid : public Preconditioner {
  public:
   // Finds the coarse images and patterns. On the finest `w_cycle_levels` levels, two cycles of the
-  // next level are run instead of one. O(blocks).
+  // next level are run instead of one, unless that is the coarsest. O(blocks).
   Multigrid(const Scene& scene, std::shared_ptr<const BlockPattern> pattern,
             std::size_t w_cycle_levels);
   // Chooses the number of W-cycle levels: two for 100 000 particles or more and for equilibria,
-  // otherwise none (docs/decisions/0015).
+  // otherwise zero (docs/decisions/0015).
   Multigrid(const Scene& scene, const std::shared_ptr<const BlockPattern>& pattern);
 
   // Forms the matrices of all levels from A. Returns false if a diagonal block or the coarsest
@@ -41,7 +41,8 @@ class Multigrid : public Preconditioner {
   // true.
   [[nodiscard]] bool update(const VelocityMatrix& matrix) override;
   void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) override;
-  // Returns nothing with contact, because the finest matrix may then be outdated.
+  // Returns nothing if the last set_up() was with contact, because the finest matrix may then be
+  // outdated.
   std::span<const Vec3> residual() const override {
     return with_contact_ ? std::span<const Vec3>() : residual_;
   }

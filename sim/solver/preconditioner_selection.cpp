@@ -8,8 +8,8 @@ namespace {
 // (docs/decisions/0016).
 constexpr double multigrid_break_even = 6;
 
-// Number of assemblies during which every new K rebuilds the coarse matrices, after these have worn
-// out within a solve.
+// Number of assemblies whose K rebuilds the coarse matrices after these have worn out within a
+// solve. The assembly of that solve is the first of them.
 constexpr int assemblies_to_rebuild = 10;
 
 // Writes or reads the creases of a linearisation.

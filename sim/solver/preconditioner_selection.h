@@ -13,13 +13,13 @@
 
 namespace weft::sim {
 
-// Multigrid is chosen if gamma times the highest frequency makes its set-up worthwhile, or if
-// time.preconditioner names it. Otherwise block-Jacobi is chosen. Block-Jacobi also replaces
-// multigrid if the matrix proves not to be positive definite.
+// Multigrid or block-Jacobi is chosen if time.preconditioner names it. Otherwise, multigrid is
+// chosen if gamma times the highest frequency makes its set-up worthwhile, else block-Jacobi.
+// Block-Jacobi also replaces multigrid if the matrix proves not to be positive definite.
 //
 // The coarse matrices are reused until they are worn out (coarse_matrix_age.h). If they wear out
-// within a solve, they are rebuilt at once. During the ten assemblies after that, they are rebuilt
-// for every new K.
+// within a solve, they are rebuilt at once. During the next nine assemblies, they are rebuilt for
+// every new K.
 class PreconditionerSelection {
  public:
   // `matrix` must outlive the object.
@@ -37,9 +37,11 @@ class PreconditionerSelection {
   // To be called at the end of a solve, with its iterations and its final residual.
   void finish_solve(int iterations, double residual);
   // Rebuilds the coarse matrices if they have worn out within the present solve. The solve
-  // continues with the new matrices. Returns true if the preconditioner has changed.
+  // continues with the new matrices or, if they are not positive definite, with block-Jacobi.
+  // Returns true if the preconditioner has changed.
   bool rebuild_if_worn_out(int iterations, double residual);
-  // Uses block-Jacobi for the rest of the solve; the next solve rebuilds the coarse matrices.
+  // Uses block-Jacobi for the rest of the solve; the next solve with multigrid rebuilds the coarse
+  // matrices.
   void give_up_multigrid();
 
   // Returns the square root of the largest eigenvalue of M^-1 K on the free particles (1/s),
@@ -71,8 +73,8 @@ class PreconditionerSelection {
   CoarseMatrixAge age_;
   Linearisation set_up_place_;        // linearisation behind the coarse matrices
   double set_up_gamma_ = 0;           // gamma of the coarse matrices (s)
-  std::int64_t set_up_assembly_ = 0;  // number of the assembly behind the coarse matrices
-  std::int64_t rebuilt_until_ = 0;    // assembly number below which each new K causes a rebuild
+  std::int64_t set_up_assembly_ = 0;  // count of assemblies at the set-up of the coarse matrices
+  std::int64_t rebuilt_until_ = 0;    // count of assemblies below which each new K causes a rebuild
   int set_ups_ = 0;
 };
 

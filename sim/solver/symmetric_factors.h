@@ -15,8 +15,8 @@ class SymmetricFactors {
   using Matrix = Eigen::SparseMatrix<double>;
   using Vector = Eigen::VectorXd;
 
-  // Factorises a matrix, of which only the lower half is read. Returns false if it is singular to
-  // working precision.
+  // Factorises a matrix, of which only the lower half is read. Returns false if a pivot is zero to
+  // working precision, as it is for a singular matrix.
   bool factorise(const Matrix& lower);
   // Returns the number of negative entries of D. Precondition: factorise() returned true.
   int negative_pivots() const { return negative_; }
@@ -27,8 +27,9 @@ class SymmetricFactors {
   Vector solve_root(const Vector& x) const;
   Vector solve_transposed_root(const Vector& x) const;
 
-  // Returns the unknown with the smallest ratio of its pivot to its diagonal entry, also after
-  // factorise() has returned false. Returns -1 if there are no unknowns.
+  // Returns the unknown whose pivot is smallest relative to its diagonal entry, also after
+  // factorise() has returned false. If there are no pivots, returns the unknown with the smallest
+  // diagonal entry. Returns -1 if there are no unknowns.
   int weakest() const { return weakest_; }
 
  private:

@@ -18,7 +18,8 @@ class TangentFactors {
   TangentFactors& operator=(const TangentFactors&) = delete;
 
   // Factorises FreeUnknowns::stiffness() of the matrices last assembled and the contacts last
-  // evaluated, with gamma = 1 s. Returns false if K is singular to working precision.
+  // evaluated, with gamma = 1 s. Returns false if SymmetricFactors::factorise() does, as for a
+  // singular K.
   bool factorise();
   // Returns the number of negative eigenvalues of K. Precondition: factorise() returned true.
   int negative_directions() const { return factors_.negative_pivots(); }
@@ -28,7 +29,7 @@ class TangentFactors {
   // factorise() returned true.
   bool solve(std::span<const Vec3> force, std::span<Vec3> displacement) const;
   // Returns the particle of SymmetricFactors::weakest(), also after factorise() has returned false.
-  // It belongs to the weakest pivot of K. Returns -1 if no particle is free.
+  // Returns -1 if no particle is free.
   int weakest_particle() const;
   std::int64_t factorisations() const { return count_; }
 

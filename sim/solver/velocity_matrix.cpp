@@ -63,8 +63,8 @@ void VelocityMatrix::copy_to(SingleBlockMatrix& matrix) const {
   });
 }
 
-// Loops over the list of pinned particles, which are few: a pass over all particles would cost
-// more.
+// Loops over the list of pinned particles. They are usually few, so a pass over all particles would
+// cost more.
 void VelocityMatrix::clear_pinned(std::span<Vec3> velocity) const {
   for (int i : pinned_) velocity[i].setZero();
 }

@@ -17,9 +17,9 @@ class VelocityMatrix {
  public:
   explicit VelocityMatrix(const Dynamics& dynamics);
 
-  // Forms A for this gamma (s) from the K and D that the dynamics assembled last. Without D,
-  // nothing is stored, and products read K. With D, A without contact is stored. O(blocks), less
-  // than the cost of a product.
+  // Forms A for this gamma (s) from the K and D that the dynamics assembled last. If the dynamics
+  // store no D, nothing is stored here, and products read K. Otherwise, A without contact is
+  // stored. O(blocks), less than the cost of a product.
   void form(double gamma);
   double gamma() const { return gamma_; }
   // Returns the number of calls of form() so far.

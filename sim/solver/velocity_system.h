@@ -19,8 +19,8 @@ namespace weft::sim {
 // first block row gives dx = b_x + gamma dv. The second one becomes
 //   A dv = M b_v - gamma K b_x,   A = M + gamma D + gamma^2 K.
 // Conjugate gradients solve this system (conjugate_gradients.h), preconditioned by multigrid or
-// block-Jacobi (preconditioner_selection.h). Systems that take too many iterations are factorised
-// (factorisation_choice.h, direct_solver.h).
+// block-Jacobi (preconditioner_selection.h). If time.preconditioner is automatic, systems that take
+// too many iterations are factorised (factorisation_choice.h, direct_solver.h).
 class VelocitySystem {
  public:
   using Outcome = ConjugateGradients::Outcome;

@@ -25,7 +25,7 @@ struct CommitFile : H5FD_t {
   haddr_t end_of_allocation = 0;
   haddr_t size = 0;  // size of the file on disk (bytes)
   haddr_t commit_mark = HADDR_UNDEF;
-  std::string failure;  // reason of the first failed write, after which no other is made
+  std::string failure;  // reason of the first failed write; later writes are not made
   std::map<haddr_t, std::vector<unsigned char>> pending;  // metadata by address, without overlaps
   std::unordered_set<haddr_t> written;                    // addresses of metadata on disk
 };
@@ -146,7 +146,8 @@ herr_t close_file(H5FD_t* base) {
 }
 
 herr_t query_features(const H5FD_t*, unsigned long* flags) {
-  // The flag tells HDF5 not to merge pieces of metadata, since the driver needs each separately.
+  // The flags that let HDF5 merge pieces of metadata are left out, since the driver needs each
+  // piece separately.
   *flags = H5FD_FEAT_DEFAULT_VFD_COMPATIBLE;
   return 0;
 }

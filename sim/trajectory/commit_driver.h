@@ -7,8 +7,9 @@
 // new objects.
 //
 // This driver keeps every metadata write in memory until HDF5 flushes the file. It writes raw data
-// to disk at once, since nothing on disk points to it yet. A flush writes the metadata in the
-// following order. After each of these writes, the file on disk is consistent:
+// to disk at once: nothing on disk points to a new chunk yet, and a list's last chunk is rewritten
+// with its old entries unchanged. A flush writes the metadata in the following order. After each of
+// these writes, the file on disk is consistent:
 //   1. metadata at addresses never written before;
 //   2. the superblock, whose end-of-file covers that metadata;
 //   3. changed metadata, in place;
@@ -20,10 +21,9 @@
 // - Nothing is ever deleted, so no address is used twice.
 // - Pieces of metadata that change in place need not agree with each other: chunk indices are
 //   extensible arrays, and growing groups keep their links in the object header.
-// - The file space is paged, so a piece of metadata smaller than a page (4 KiB) never crosses a
-// page
-//   border, and a signal does not tear its write. Only chunk indices of more than about 8000 frames
-//   have larger pieces.
+// - The file space is paged, so a piece of metadata smaller than a page (4 KiB) crosses no border
+//   between pages, and a signal does not tear its write. Only chunk indices of more than about 8000
+//   frames have larger pieces.
 //
 // The driver guards against the death of the process, not of the machine: it does not call fsync().
 #pragma once
@@ -48,9 +48,9 @@ herr_t set_commit_allocation(hid_t file_creation);
 herr_t set_commit_mark(hid_t file, hid_t object);
 // Returns the file descriptor of the open file, or -1 if the file is closed.
 int commit_descriptor(hid_t file);
-// Returns the reason why a write to disk failed, or an empty text if none failed. After a failure
-// nothing more is written, so the committed frames stay readable. Because HDF5's functions still
-// report success then, call this function after each flush.
+// Returns the reason why a write to disk failed, or an empty text if no write has failed. After a
+// failure nothing more is written, so the committed frames stay readable. Because HDF5's functions
+// still report success then, call this function after each flush.
 std::string commit_failure(hid_t file);
 
 }  // namespace weft::sim

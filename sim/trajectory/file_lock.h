@@ -17,8 +17,9 @@ class LockedFile {
   enum class State { locked, held_by_another, absent, without_lock };
 
   // Opens the file at `path` and takes its lock. state() is `locked` on success, also if the file
-  // system has no locks, and `held_by_another` if another process holds the lock. It is `absent` if
-  // there is no file, and `without_lock` if a file that is not locked cannot be opened for writing.
+  // system has no locks, and `held_by_another` if another file description holds the lock, also in
+  // this process. It is `absent` if there is no file, and `without_lock` if a file that is not
+  // locked cannot be opened for writing.
   explicit LockedFile(const std::string& path);
   ~LockedFile();
   LockedFile(const LockedFile&) = delete;
@@ -33,7 +34,8 @@ class LockedFile {
   State state_ = State::absent;
 };
 
-// True if a process holds the lock of the file at `path`. Does not take the lock.
+// True if a process holds the lock of the file at `path`. False if the file cannot be opened for
+// reading. Does not take the lock.
 bool is_locked(const std::string& path);
 
 // Takes the lock of an open file. The lock is held until the file description is closed. Returns

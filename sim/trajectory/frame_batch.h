@@ -13,7 +13,7 @@ namespace weft::sim {
 // by frame, and an image is stored texel by texel.
 class FrameBatch {
  public:
-  // Keeps a reference to `bodies`. Positions are stored with `precision`, after `rounding`.
+  // Keeps a reference to `bodies`. Positions are stored with `precision` and rounded by `rounding`.
   FrameBatch(const std::vector<TrajectoryBody>& bodies, Precision precision,
              const Rounding& rounding);
 

@@ -26,7 +26,8 @@ class FrameRecorder {
   // Adds a row about the last step of the simulation. The row is written with the next frame.
   void add_step(const Simulation& simulation);
   // Adds a frame: the state `y` at `time` (s). `more` has one value for each series in the
-  // constructor's `more`. Returns the frame's largest stretch (l / L - 1). Throws FileError.
+  // constructor's `more`. Returns the frame's largest stretch (Dynamics::largest_stretch()). Throws
+  // FileError.
   double add_frame(double time, std::span<const double> y, const IntegratorCounts& counts,
                    std::span<const double> more = {});
   // Commits the waiting frames if the last commit will be at least a quarter of a second old after

@@ -91,8 +91,8 @@ void FrameViews::open_groups() {
   }
 }
 
-// The view is a virtual dataset [texels, 3] or [texels]. Unlike hyperslabs of XDMF, all readers of
-// ParaView understand virtual datasets.
+// The view is a virtual dataset [texels, 3] or [texels]. All of ParaView's XDMF readers understand
+// virtual datasets, but not all of them understand XDMF hyperslabs.
 std::string FrameViews::link_view(hid_t group, const TrajectoryBody& body,
                                   const std::string& dataset, hid_t type, int components) const {
   const std::string action = "write frame " + std::to_string(frame_);

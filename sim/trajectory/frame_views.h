@@ -48,8 +48,9 @@ class FrameViews {
   const std::vector<TrajectoryBody>& bodies_;
   Precision precision_;                // precision of positions
   std::vector<std::string> datasets_;  // names of datasets with views: position and all fields
-  int frame_ = 0;                      // number of the next frame
-  // Creation properties of groups whose members are frames, datasets or bodies.
+  int frame_ = 0;                      // index of the next frame
+  // Creation properties of groups whose members are frames or groups of frames, datasets, or
+  // bodies.
   hdf5::Handle of_frames_, of_datasets_, of_bodies_;
   hdf5::Handle frame_group_, shelf_group_, block_group_;  // /frame, /frame/A and /frame/A/B
 };

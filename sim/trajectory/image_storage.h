@@ -67,7 +67,7 @@ void append_positions(const bsi::Atlas& atlas, std::span<const Vec3> by_particle
 }
 
 // Sets the HDF5 filters for a compression in the creation properties of a chunked dataset: shuffle
-// and gzip, or none.
+// and gzip, or no filter.
 void set_filters(hid_t properties, Compression compression);
 
 // Returns the HDF5 type in which files store positions of this precision.

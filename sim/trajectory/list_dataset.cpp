@@ -8,7 +8,8 @@ namespace {
 using hdf5::Handle;
 using hdf5::make_space;
 
-// Entries per chunk of a list. A commit rewrites the last chunk, which is 1 KiB for numbers.
+// Number of entries per chunk of a list. A commit rewrites the last chunk, which is 1 KiB for
+// numbers.
 constexpr hsize_t list_chunk = 128;
 
 // Returns the shape of the dataset of a list with `entries` entries.

@@ -37,7 +37,7 @@ class RecordedImages {
   const Scene& scene_;
   const RecordedChannels& channels_;
   std::vector<RecordedBody> recorded_;
-  std::vector<std::vector<int>> components_;  // numbers per particle, by body and field
+  std::vector<std::vector<int>> components_;  // number of components, by body and field
   std::vector<std::vector<char>> is_velocity_;
   std::vector<std::span<const Vec3>> positions_;
   std::vector<std::vector<std::span<const double>>> fields_;

@@ -32,7 +32,7 @@ struct TrajectoryField {
   bool operator==(const TrajectoryField&) const = default;
 };
 
-// A record: one number or vector per frame that belongs to no texel.
+// A record: one number or vector per frame, independent of texels.
 struct TrajectoryRecord {
   std::string path;  // path of the dataset, for example "reactions/cloth/pin_1/force"
   std::string units;
@@ -51,7 +51,8 @@ struct TrajectoryBody {
   double thickness = 0;                      // m
   int spline_degree = 0;                     // degree of a shell's splines; 0 for other bodies
   std::vector<TrajectoryField> fields = {};  // empty if the body does not move
-  // Rows and columns of the whole image that the atlas shows, in increasing order. Empty: all.
+  // Rows and columns that the atlas shows of the whole image, in increasing order. Empty: all rows
+  // and columns.
   std::vector<int> part_rows = {}, part_cols = {};
   bool is_part() const { return !part_rows.empty(); }
 };
@@ -130,8 +131,8 @@ class TrajectoryWriter {
                    std::vector<Series> series, Options options,
                    const std::vector<std::span<const Vec3>>& initial_positions);
   ~TrajectoryWriter();
-  // Throws FileError if an existing file would make the constructor throw. Call it before long
-  // work.
+  // Throws FileError if an existing file or the name of the file would make the constructor throw.
+  // Call it before long work.
   static void refuse_existing(const std::string& path, bool force);
   TrajectoryWriter(const TrajectoryWriter&) = delete;
   TrajectoryWriter& operator=(const TrajectoryWriter&) = delete;
@@ -146,7 +147,7 @@ class TrajectoryWriter {
                    std::span<const double> step_rows = {});
   // Writes the waiting frames, and lists them in the sidecar, whose path is `path` with the
   // extension .xdmf. Afterwards they can be read even if this process dies. If the process is
-  // killed within this call, either all of these frames can be read or none. Throws FileError like
+  // killed within this call, either all or none of these frames can be read. Throws FileError like
   // write_frame(). The destructor commits too, but ignores errors.
   void commit();
   // Commits, and writes the end of the run. No frame may follow. Throws FileError like

@@ -18,11 +18,12 @@ using hdf5::Access;
 using hdf5::Handle;
 using hdf5::make_space;
 
-// Time during which a failed read is repeated, and the first pause between two attempts. A piece of
-// metadata that a running writer replaces during the read has a wrong checksum, but a later read
-// succeeds. Metadata that it adds during the read lies beyond the end that the file had when it was
-// opened. If the error stays, the file is damaged. Pauses double to limit the number of
-// attempts, because HDF5 1.10 leaks a kilobyte of memory with every failed read.
+// Time during which a read that a running writer may have disturbed is repeated, and the first
+// pause between two attempts. A piece of metadata that a running writer replaces during the read
+// has a wrong checksum, but a later read succeeds. Metadata that it adds during the read lies
+// beyond the end that the file had when it was opened. If the error stays, the file is damaged.
+// Pauses double to limit the number of attempts, because HDF5 1.10 leaks a kilobyte of memory with
+// every failed read.
 constexpr std::chrono::milliseconds patience(250), first_pause(1);
 
 // True if the file has changed within the last ten seconds, so that a run may be writing it.
@@ -51,8 +52,8 @@ auto read_whole(const std::string& path, const Read& read) {
 }
 
 // Opens the file, returns its number of complete frames and closes it again. HDF5 refuses addresses
-// beyond the end that the file had when it was opened. If a run is adding frames, the counted ones
-// are therefore readable only after the file is opened anew.
+// beyond the end that the file had when it was opened. If a run is adding frames, all counted
+// frames are therefore readable only after the file is opened anew.
 hsize_t count_frames(const Access& access) {
   const Handle file = access.open_for_reading();
   if (H5Lexists(file.get(), "time", H5P_DEFAULT) <= 0) return 0;

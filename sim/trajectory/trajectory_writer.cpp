@@ -369,8 +369,9 @@ void TrajectoryWriter::Implementation::publish() {
 }
 
 // Renames the new file, which is locked, to its final name. Before it replaces an old file, it
-// takes that file's lock and fails if another writer holds it. If two runs use `force`, the second
-// one therefore fails. Returns false if yet another file has taken the old file's name meanwhile.
+// takes that file's lock and fails if another writer holds it. If two runs write to the same path
+// at a time, the second one therefore fails, even with `force`. Returns false if yet another file
+// has taken the old file's name meanwhile.
 bool TrajectoryWriter::Implementation::replace_old_file() {
   const std::string& path = access.path();
   const auto fail = [&](int error) {
@@ -514,8 +515,8 @@ void TrajectoryWriter::Implementation::commit() {
 }
 
 // Writes status, reason and bill, and then, by a second flush, the attribute `complete`, without
-// which readers ignore the others. Two flushes are needed because HDF5 stores the text of a string
-// attribute apart from the attribute.
+// which readers ignore the other attributes. Two flushes are needed because HDF5 stores the text of
+// a string attribute apart from the attribute.
 void TrajectoryWriter::Implementation::write_end(const RunEnd& end) {
   access.write_attribute(run_group.get(), "status", end.status);
   access.write_attribute(run_group.get(), "reason", end.reason);

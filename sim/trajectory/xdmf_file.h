@@ -20,15 +20,15 @@ struct XdmfSurface {
   int points = 0;
   int triangles = 0;
   std::string triangle_dataset;  // path of an int32 dataset [triangles, 3]
-  std::string position_dataset;  // path of a dataset [points, 3]
+  std::string position_dataset;  // path of a dataset of three numbers per point
   int position_bytes = 4;        // bytes per number of the positions: 4 or 8
   std::vector<XdmfAttribute> attributes;
 };
 
-// The sidecar, which is valid XML at any time. It is created under a temporary name and then
-// renamed. append() overwrites the closing tags with frames and new closing tags, in one write. The
-// first frame lists the surfaces that do not move, and later frames include them by XInclude. Cost
-// per frame: O(surfaces that move).
+// The sidecar, which is valid XML after each call. It is created under a temporary name and then
+// renamed. append() overwrites the closing tags with frames and new closing tags, usually in one
+// write. The first frame lists the surfaces that do not move, and later frames include them by
+// XInclude. Cost per frame: O(surfaces that move).
 class XdmfFile {
  public:
   XdmfFile() = default;

@@ -13,7 +13,7 @@
 namespace weft::sim {
 namespace {
 
-// Least ratio of the smaller to the larger magnitude of the ends of a diverging scale.
+// A scale is diverging only if the magnitude of each end is at least this share of the other end's.
 constexpr double share_of_sign = 0.01;
 
 // Longest line of text in characters, and sizes in pixels at text scale 1.
@@ -41,7 +41,8 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-// Returns the number as text, with enough digits to distinguish it from value + step.
+// Returns the number as text, with enough digits to distinguish it from value + step, but with at
+// most 9 digits.
 std::string label_of(double value, double step) {
   const double digits = value == 0 ? 1 : std::ceil(std::log10(std::abs(value) / step)) + 1;
   std::ostringstream text;

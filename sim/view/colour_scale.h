@@ -25,8 +25,8 @@ struct ColourScale {
 // If low = high, the scale lies between zero and this number, or from 0 to 1 if both are zero.
 ColourScale scale_between(double low, double high);
 
-// Returns round numbers within the scale for the marks of a legend: at most count + 1, in
-// increasing order.
+// Returns round numbers within the scale for the marks of a legend, in increasing order: at most
+// max(count, 1) + 1 numbers.
 std::vector<double> round_marks(const ColourScale& scale, int count);
 
 struct Legend {

@@ -24,7 +24,7 @@ struct FieldSummary {
   std::string name, units;
   bool magnitude = false;         // true if the values are magnitudes of vectors
   bool has_extremes = false;      // false if no value is finite
-  FieldExtreme minimum, maximum;  // for equal values, the first one
+  FieldExtreme minimum, maximum;  // for equal values, the first one by body, frame and texel
   long not_finite = 0;            // number of values that are not finite
 };
 
@@ -34,7 +34,7 @@ struct RecordSummary {
   std::string path, units;
   bool magnitude = false;         // true if the values are magnitudes of vectors
   bool has_extremes = false;      // false if no value is finite
-  FieldExtreme minimum, maximum;  // for equal values, the first one
+  FieldExtreme minimum, maximum;  // for equal values, the one of the earliest frame
 };
 
 // Returns a summary per field. Reads one frame of one body at a time. Throws FileError. O(values).

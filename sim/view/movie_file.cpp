@@ -21,8 +21,8 @@ namespace {
 constexpr const char* signature = "made by weft render";
 
 // A folder with symbolic links to the pictures. The links are numbered without gaps, as ffmpeg
-// requires. The destructor removes the links, and the folder if it is then empty. Files of the user
-// in this folder are never removed.
+// requires. The destructor removes all symbolic links in the folder, and the folder if it is then
+// empty. Other files in the folder are never removed.
 class NumberedLinks {
  public:
   NumberedLinks(const std::string& directory, const std::vector<std::string>& pictures)

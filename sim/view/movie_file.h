@@ -19,7 +19,7 @@ struct MovieResult {
 MovieResult write_movie(const std::string& directory, const std::vector<std::string>& pictures,
                         double frames_per_second);
 
-// True if write_movie() made the file at `path`. Reads at most a mebibyte at each end of the file.
+// True if the first or the last mebibyte of the file at `path` has the comment of write_movie().
 bool is_own_movie(const std::string& path);
 
 }  // namespace weft::sim

@@ -15,10 +15,10 @@ namespace weft::sim {
 // A recorded field on all bodies that have it. Vectors count by their magnitude.
 class PaintedField {
  public:
-  // Reads the field `name` in all `frames` to find its extremes. `range` has the values at the ends
-  // of the colour scale; without it the extremes are the ends. Throws RenderUsageError if no body
-  // has the field, and std::runtime_error if no value in these frames is finite. O(values in these
-  // frames).
+  // Reads the field `name` in all `frames` to find its extremes. The colour scale is
+  // scale_between() the two numbers of `range` or, if that is empty, the extremes. Throws
+  // RenderUsageError if no body has the field, and std::runtime_error if no value in these frames
+  // is finite. O(values in these frames).
   PaintedField(const TrajectoryReader& reader, const std::string& name,
                const std::vector<int>& frames, std::optional<std::array<double, 2>> range);
 

@@ -18,7 +18,7 @@ constexpr double width = 820, height = 520;                      // size of the 
 constexpr double left = 78, right = 190, top = 66, bottom = 58;  // margins (pixels)
 constexpr double legend_x = width - right + 22;
 
-// Colours of series, which readers with any colour vision can distinguish (after Okabe and Ito).
+// Colours of series, for readers with any colour vision (after Okabe and Ito).
 constexpr std::array<const char*, 7> colours{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                              "#e69f00", "#56b4e9", "#444444"};
 

@@ -9,9 +9,10 @@
 
 namespace weft::sim {
 
-// The triangulated surface of a recorded body. For a shell it has the triangles on which contact
-// acts: their corners are samples of the spline surface through the points of the recorded image.
-// For any other body, and for a shell recorded in part, it has the triangles of the recorded image.
+// The triangulated surface of a recorded body. For a shell recorded as a whole, it has the
+// triangles on which contact acts: their corners are samples of the spline surface through the
+// points of the recorded image. For any other body, and for a shell recorded in part, it has the
+// triangles of the recorded image.
 class RecordedSurface {
  public:
   explicit RecordedSurface(const TrajectoryBody& body);

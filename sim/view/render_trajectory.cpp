@@ -189,7 +189,7 @@ double movie_rate(const TrajectoryReader& reader, const std::vector<int>& frames
   return std::clamp(static_cast<double>(frames.size() - 1) / duration, 1.0, 120.0);
 }
 
-// Returns the field that colours the bodies, or nothing if the options name none.
+// Returns the field that colours the bodies, or nothing if the options name no field.
 std::optional<PaintedField> painted_field(const TrajectoryReader& reader,
                                           const std::vector<int>& frames,
                                           const RenderOptions& options) {

@@ -13,7 +13,7 @@ namespace weft::sim {
 
 struct RenderOptions {
   int width = 960, height = 720;  // pixels, 1..8192
-  int every = 1;                  // >= 1; frames 0, every, 2 every, ... and the last are drawn
+  int every = 1;                  // >= 1; draws frames 0, every, 2 every, ... and the last frame
   // If set, bodies are drawn with fewer triangles and without grid lines. It is the largest
   // distance (pixels, > 0) by which a point of the picture may be displaced.
   std::optional<double> detail_pixels;
@@ -33,7 +33,8 @@ struct RenderOptions {
   std::optional<std::array<double, 2>> colour_range;
   bool force = false;  // if true, overwrites files that no rendering made
   bool movie = true;   // if true, also makes directory/movie.mp4, given that ffmpeg is installed
-  // Frames per second of the movie, > 0. Default: real time, but at least 1 and at most 120.
+  // Frames per second of the movie, > 0. Default: real time, but at least 1 and at most 120; 25 if
+  // the frames span no time.
   std::optional<double> frames_per_second;
   // Is called with the number of finished pictures and the number of all pictures, before the first
   // picture and after each one.
@@ -53,17 +54,17 @@ struct RenderReport {
   double least = 0, most = 0;             // extremes of the colour_field in the drawn frames
   std::string units;                      // unit of the colour_field
   std::vector<std::string> plain_bodies;  // names of the bodies without the colour_field
-  std::string movie;                      // path of the movie; empty without one
+  std::string movie;                      // path of the movie; empty if no movie was made
   std::string why_no_movie;  // reason why no movie was made, such as "ffmpeg not found: no movie"
 };
 
 // Draws the frames of the file `trajectory` as pictures in the folder `directory`, which is created
-// if needed. Pictures are named by their frames: frame_00000.png, frame_00010.png, .... The program
-// ffmpeg makes an MP4 movie (H.264) from them.
+// if needed. Pictures are named by their frames: frame_00000.png, frame_00010.png, .... With
+// RenderOptions::movie, the program ffmpeg makes an MP4 movie (H.264) from them.
 //
-// Pictures and a movie of an earlier rendering are removed or replaced. Other files are never
-// removed. If a picture or the movie would replace such a file, this is an error before anything is
-// drawn, unless `force` is set.
+// Pictures and a movie of an earlier rendering are removed or replaced. Another file is removed or
+// replaced only with `force`, and only if it has the name of a picture or of the movie. Without
+// `force`, a file with such a name that no rendering made is an error before anything is drawn.
 //
 // One fixed camera shows every body in all drawn frames. If an obstacle is more than twice as large
 // as all simulated bodies together, the camera shows only the part of it near these bodies. Bodies

@@ -11,8 +11,8 @@ namespace weft::sim {
 namespace {
 
 // Returns RenderedBody::most_deviation (m) of each body. Contact keeps two bodies apart by at least
-// the mean of their thicknesses. The deviations of two bodies add up to no more than that mean,
-// unless both thicknesses are zero. Otherwise bodies could show through each other.
+// the mean of their thicknesses. So that bodies do not show through each other, the deviations of
+// two bodies add up to no more than that mean, unless both thicknesses are zero.
 std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double least = infinity;

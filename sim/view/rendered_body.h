@@ -35,12 +35,13 @@ struct RenderedBody {
   std::vector<std::array<int, 2>> lines;  // grid lines, as pairs of particles of the surface
   gpu::SurfaceColours colours;
   std::vector<Vec3> positions;  // m, by particle of the surface
-  // Positions in `colour_map` (0 to 1), by particle of the surface. If empty, `colours` are used.
+  // Positions in `colour_map` (0 to 1, or NaN), by particle of the surface. If empty, `colours` are
+  // used.
   std::vector<float> places;
   const gpu::ColourMap* colour_map = nullptr;
   std::optional<bsi::Pyramid> pyramid;  // built when first needed
   double most_deviation = 0;  // largest distance (m) by which reduce_detail() may move the surface
-  bsi::DetailSurface detail;  // surface with fewer triangles; if it has none, `mesh` is drawn
+  bsi::DetailSurface detail;  // surface with fewer triangles; if it is empty, `mesh` is drawn
   std::vector<Vec3> detail_normals;  // normals of `detail`
   std::vector<float> detail_places;  // positions of the points of `detail` in `colour_map`
   // Spheres of one level: those that touch no sphere of another body, and those that do.
@@ -66,7 +67,7 @@ void reduce_detail(const TrajectoryReader& reader, int frame, bsi::DetailToleran
 // std::runtime_error like reduce_detail().
 void reduce_to_level(const TrajectoryReader& reader, int frame, int level, RenderedBody& body);
 // Makes the spheres of one level of each body's pyramid, for the present positions. A patch with
-// fewer levels uses its last one. Throws std::runtime_error like reduce_detail().
+// fewer levels uses its last level. Throws std::runtime_error like reduce_detail().
 void make_spheres(const TrajectoryReader& reader, int frame, int level,
                   std::vector<RenderedBody>& bodies);
 

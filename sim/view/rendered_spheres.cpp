@@ -54,7 +54,7 @@ double largest_radius(const bsi::Pyramid& pyramid, int level) {
   return largest;
 }
 
-// Marks the blocks of each pyramid whose spheres touch a sphere of the other pyramid.
+// In each pyramid, marks the blocks whose spheres touch a sphere of the other pyramid.
 void mark_touching(const bsi::Pyramid& a, const bsi::Pyramid& b, int level, Marks& marks_a,
                    Marks& marks_b) {
   const std::vector<std::size_t> first_a = first_numbers(a, level);

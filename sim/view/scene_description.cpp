@@ -29,8 +29,9 @@ std::string size_of(const bsi::Atlas& atlas) {
   return text;
 }
 
-// Largest number of bodies that have a line each. If there are more, describe_each() prints one
-// line for all of them, and describe_bodies() one line for those beyond this number.
+// Largest number of bodies that are described one by one. If there are more bodies, describe_each()
+// prints one line for all of them, and describe_bodies() one line for the bodies after the first
+// most_lines.
 constexpr std::size_t most_lines = 8;
 
 // Prints a line "  BEFORE NAME: ONE" per body, with the texts `before` and `one`. If there are more
@@ -57,7 +58,8 @@ std::vector<const SceneBody*> bodies_that(const Scene& scene, const Condition& c
 }
 
 // Prints which dynamic bodies lack `what`. lacks(material) tells whether a body does. The printed
-// reason is `every` if all dynamic bodies lack it, else `its` for each body or `their` for many.
+// reason is `every` if all dynamic bodies lack it. Otherwise it is `its` in the line of one body,
+// or `their` in a line about more bodies.
 template <class Condition>
 void describe_lack(const Scene& scene, const Condition& lacks, const std::string& what,
                    const std::string& every, const std::string& its, const std::string& their,
@@ -200,7 +202,8 @@ void describe_forces(const Scene& scene, std::ostream& out) {
       "material damping", "every damping is 0", "its damping is 0", "their damping is 0", out);
 }
 
-// Prints which self-traversals and pyramids the contact search skips at the start, and why.
+// Prints which self-traversals the contact search skips, which pyramids it builds only once, and
+// which pyramids it skips at the start, with reasons.
 void describe_search(const Scene& scene, const std::vector<CandidateList>& neighbours,
                      std::ostream& out) {
   std::vector<char> has_neighbour(scene.bodies.size(), 0);
@@ -250,7 +253,7 @@ void describe_contact(const Scene& scene, std::ostream& out) {
 }
 
 // Returns the times of a curve as text, such as "0, 1.5 and 2 s". For more than six times, the text
-// has only their number, the first time and the last.
+// has only their number, the first time and the last time.
 std::string times_text(const std::vector<double>& times) {
   constexpr std::size_t most = 6;
   std::string text = number_text(times.front());

@@ -151,7 +151,8 @@ std::string to_text(const FieldExtreme& extreme, const std::string& units) {
   return text + ", " + to_text(CrossingPlace{extreme.body, extreme.texel});
 }
 
-// Returns the lines about the extremes of a field or a record. They start with `heading`.
+// Returns one or two lines about the extremes of a field or a record. The first line starts with
+// `heading`.
 std::string extremes_text(const std::string& heading, const auto& summary) {
   if (!summary.has_extremes) return heading + "no finite value\n";
   return heading + (summary.magnitude ? "magnitude " : "") +

@@ -12,22 +12,23 @@
 namespace weft::sim {
 
 // The distance between the curved surface of a shell and the triangles on which contact acts.
-// `largest` is an upper bound over all frames (m), and `time` the first time at which it is reached
-// (s). Curved surfaces stay apart if their bounds do not exceed half their thicknesses.
+// `largest` is an upper bound over all frames with finite positions (m), and `time` the first time
+// at which it is reached (s). Contact keeps the curved surfaces of two bodies apart if neither
+// bound exceeds half the thickness of its body.
 struct SurfaceDeviation {
   double largest = 0, time = 0;
 };
 
 struct BodySummary {
   std::string name;
-  int patches = 0, rows = 0, cols = 0;  // number of patches; rows and columns of each
+  int patches = 0, rows = 0, cols = 0;  // number of patches; numbers of rows and columns in a patch
   int particles = 0, triangles = 0;
   bool moves = true;
   bool is_obstacle = false;
   double thickness = 0;  // m
-  // Recorded rows and columns of the body's image. Empty: all.
+  // Recorded rows and columns of the body's image. Empty: all rows and columns.
   std::vector<int> part_rows, part_cols;
-  std::optional<SurfaceDeviation> deviation;  // set for shells that are recorded as a whole
+  std::optional<SurfaceDeviation> deviation;  // set for shells recorded as a whole, with positions
   // is_finite: true if all positions in the last frame are finite. has_bounds: true if, in
   // addition, the body has positions; a body that moves has none before the first frame.
   bool has_bounds = false, is_finite = true;
@@ -45,8 +46,8 @@ struct SeriesSummary {
 struct TrajectorySummary {
   std::string path, title, weft_version;
   // Status of the run: "done", or "failed" or "interrupted" with the reason. While a process writes
-  // the file, the status is "running", and if that process died, "killed". It is "unknown" if the
-  // file is of a version that does not record the ends of runs.
+  // the file, the status is "running". If that process died before the end of the run, the status
+  // is "killed". It is "unknown" if the file is of a version that does not record the ends of runs.
   std::string status, reason;
   Bill bill;  // cost of the run; zero unless the run has ended
   int format_version = 1;
@@ -93,7 +94,8 @@ std::vector<FrameCrossings> count_crossings(const std::string& path);
 // Returns the crossings as text for people.
 std::string to_text(const std::vector<FrameCrossings>& frames);
 // Returns the crossings as a JSON object {"crossings": total, "frames": [{"frame", "time_s",
-// "count", "first": [place, place]}...]}. A place is {"body", "patch", "row", "col"}.
+// "count", "first": [place, place]}...]}. A place is {"body", "patch", "row", "col"}. A frame
+// without crossings has no "first".
 std::string to_json(const std::vector<FrameCrossings>& frames);
 
 }  // namespace weft::sim

@@ -91,7 +91,7 @@ TEST(ErrorEstimate, IsWithinAFactorTwoOfTheTruth) {
       {"time.method=euler", "time.step=5e-3"},
       {"time.method=euler", "time.step=5e-3", "time.newton=1"},
       {"time.method=implicit_midpoint", "time.step=2e-3"},
-      {"time.method=verlet", "time.step=1e-3"},
+      {"time.method=verlet", "time.step=8e-4"},
   };
   for (const std::string& scene : {swinging_sheet, struck_drum, sheet_on_floor}) {
     for (Overrides overrides : methods) {

@@ -163,8 +163,8 @@ bool steps_grow(double h, double omega, double d) {
   return std::abs(v) >= 1e3;
 }
 
-// Damping shortens the longest stable step. A rod of springs vibrates at omega along y, with the
-// decay rate d.
+// Damping shortens the longest stable step. The fastest vibration of the rod of springs is that
+// along y, of frequency omega and decay rate d.
 TEST(Verlet, StepsOfDampedMotionAreStableUpToTheLimitAndRefusedBeyondIt) {
   const double omega = 30;
   for (const double ratio : {0.0, 0.1, 0.5, 1.0, 3.0}) {
@@ -172,11 +172,10 @@ TEST(Verlet, StepsOfDampedMotionAreStableUpToTheLimitAndRefusedBeyondIt) {
     const double d = ratio * omega, limit = 2 / (d + std::hypot(d, omega));
     EXPECT_FALSE(steps_grow(0.99 * limit, omega, d));
     EXPECT_TRUE(steps_grow(1.01 * limit, omega, d));
-    const Overrides damped{"material.spring.mass_damping=" + std::to_string(d),
-                           "body.rod.velocity=[0, 0.1, 0]"};
+    const Overrides damped{"material.spring.mass_damping=" + std::to_string(d)};
     Overrides shorter = damped, longer = damped;
-    shorter.push_back(key("step", 0.99 * limit));
-    longer.push_back(key("step", 1.01 * limit));
+    shorter.push_back(key("step", 0.98 * limit));
+    longer.push_back(key("step", 1.02 * limit));
     SimulatedCase sim(oscillator, method("verlet", shorter));
     const auto speed = [&] {
       const auto state = sim.integrator().state();
@@ -185,8 +184,11 @@ TEST(Verlet, StepsOfDampedMotionAreStableUpToTheLimitAndRefusedBeyondIt) {
         largest = std::max(largest, std::abs(state[i]));
       return largest;
     };
-    for (int k = 0; k < 2000; ++k) ASSERT_FALSE(sim.integrator().step());
-    EXPECT_LT(speed(), 1);  // a growth of 1 % per step would make it 4e7 m/s
+    while (sim.integrator().time() < 10) {
+      const auto reason = sim.integrator().step();
+      ASSERT_FALSE(reason) << reason->text;
+    }
+    EXPECT_LT(speed(), 1);
     SimulatedCase refused(oscillator, method("verlet", longer));
     const auto reason = refused.integrator().step();
     ASSERT_TRUE(reason);
