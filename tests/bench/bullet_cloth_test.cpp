@@ -8,7 +8,7 @@
 #include "sim/accuracy/error_monitor.h"
 #include "sim/case/case_reader.h"
 
-namespace weft::bench {
+namespace weft::bench::bullet_cloth_test {
 namespace {
 
 using namespace sim;
@@ -122,4 +122,4 @@ TEST(BulletCloth, RefusesWhatItCannotExpress) {
 }
 
 }  // namespace
-}  // namespace weft::bench
+}  // namespace weft::bench::bullet_cloth_test

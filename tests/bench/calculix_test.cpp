@@ -13,7 +13,7 @@
 #include "bench/timed_command.h"
 #include "sim/case/case_reader.h"
 
-namespace weft::bench {
+namespace weft::bench::calculix_test {
 namespace {
 
 using sim::Vec3;
@@ -139,4 +139,4 @@ TEST(TimedCommand, TellsTimeOutputAndEnd) {
 }
 
 }  // namespace
-}  // namespace weft::bench
+}  // namespace weft::bench::calculix_test

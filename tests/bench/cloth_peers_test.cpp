@@ -8,7 +8,7 @@
 #include "sim/case/case_reader.h"
 #include "sim/motion/dynamics.h"
 
-namespace weft::bench {
+namespace weft::bench::cloth_peers_test {
 namespace {
 
 using namespace sim;
@@ -105,4 +105,4 @@ TEST(ClothProblem, SaysWhatItCannotExpress) {
 }
 
 }  // namespace
-}  // namespace weft::bench
+}  // namespace weft::bench::cloth_peers_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace weft::bench {
+namespace weft::bench::cost_ratios_test {
 namespace {
 
 CostLadder ladder(const char* method, StepKind kind, std::vector<CostPoint> points) {
@@ -56,4 +56,4 @@ TEST(CostRatios, VariantsAreLaddersOfTheirOwn) {
 }
 
 }  // namespace
-}  // namespace weft::bench
+}  // namespace weft::bench::cost_ratios_test

@@ -12,7 +12,7 @@
 #include "sim/case/case_reader.h"
 #include "sim/run/recorded_run.h"
 
-namespace weft::bench {
+namespace weft::bench::stability_test {
 namespace {
 
 using namespace sim;
@@ -255,4 +255,4 @@ TEST(StabilityGrid, EveryCellIsAValidCase) {
 }
 
 }  // namespace
-}  // namespace weft::bench
+}  // namespace weft::bench::stability_test

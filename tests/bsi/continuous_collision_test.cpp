@@ -11,7 +11,7 @@
 #include <sstream>
 #include <vector>
 
-namespace weft::bsi {
+namespace weft::bsi::continuous_collision_test {
 namespace {
 
 enum class Kind { vertex_triangle, edge_edge };
@@ -219,4 +219,4 @@ TEST(ContinuousCollision, AgreesWithTheExactTruthOfTheBenchmark) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::continuous_collision_test

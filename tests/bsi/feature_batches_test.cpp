@@ -10,7 +10,7 @@
 #include "bsi/detail/instruction_set.h"
 #include "bsi/proximity.h"
 
-namespace weft::bsi {
+namespace weft::bsi::feature_batches_test {
 namespace {
 
 constexpr FeatureKind both_kinds[] = {FeatureKind::vertex_triangle, FeatureKind::edge_edge};
@@ -212,4 +212,4 @@ TEST(FeatureBatches, TouchingPathsAreNeverProved) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::feature_batches_test

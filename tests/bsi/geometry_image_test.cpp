@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace weft::bsi {
+namespace weft::bsi::geometry_image_test {
 namespace {
 
 int euler_characteristic(const Atlas& atlas, const Mesh& mesh) {
@@ -165,4 +165,4 @@ TEST(Mesh, RefusesWhatIsNotAnOrientableSurface) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::geometry_image_test

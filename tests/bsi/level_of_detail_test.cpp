@@ -16,7 +16,7 @@
 #include "bsi/proximity.h"
 #include "bsi/shapes.h"
 
-namespace weft::bsi {
+namespace weft::bsi::level_of_detail_test {
 namespace {
 
 // Bends a body, so that no block of it is flat.
@@ -493,4 +493,4 @@ TEST(LevelOfDetail, IsTheOriginalSurfaceWithoutTolerance) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::level_of_detail_test

@@ -12,7 +12,7 @@
 #include "bsi/traversal.h"
 #include "tests/bsi/restored_settings.h"
 
-namespace weft::bsi {
+namespace weft::bsi::narrow_phase_test {
 namespace {
 
 // Triangles that share no particles.
@@ -435,4 +435,4 @@ TEST(NarrowPhase, TwoBodiesByLeafBlocks) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::narrow_phase_test

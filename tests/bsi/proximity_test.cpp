@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace weft::bsi {
+namespace weft::bsi::proximity_test {
 namespace {
 
 using Vector12 = Eigen::Matrix<double, 12, 1>;
@@ -177,4 +177,4 @@ TEST(Proximity, VertexTriangleDerivatives) { compare_derivatives(closest_vertex_
 TEST(Proximity, EdgeEdgeDerivatives) { compare_derivatives(closest_edge_edge); }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::proximity_test

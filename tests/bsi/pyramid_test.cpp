@@ -21,7 +21,7 @@
 #include "tests/bsi/crumpled.h"
 #include "tests/bsi/restored_settings.h"
 
-namespace weft::bsi {
+namespace weft::bsi::pyramid_test {
 namespace {
 
 using Positions = std::vector<Vec3>;
@@ -502,4 +502,4 @@ TEST(Pyramid, HoldsTheSameBitsForAnyThreadsAndInstructionSet) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::pyramid_test

@@ -16,7 +16,7 @@
 #include "tests/bsi/crumpled.h"
 #include "tests/bsi/restored_settings.h"
 
-namespace weft::bsi {
+namespace weft::bsi::rigid_pyramid_test {
 namespace {
 
 using Positions = std::vector<Vec3>;
@@ -315,4 +315,4 @@ TEST(RigidPyramid, BlocksHoldTheirVerticesWhateverTheRounding) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::rigid_pyramid_test

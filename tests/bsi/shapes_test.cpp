@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace weft::bsi {
+namespace weft::bsi::shapes_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -438,4 +438,4 @@ TEST(Shapes, NameTheTexelThatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::shapes_test

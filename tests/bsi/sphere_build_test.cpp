@@ -10,7 +10,7 @@
 #include "bsi/traversal.h"
 #include "tests/bsi/crumpled.h"
 
-namespace weft::bsi {
+namespace weft::bsi::sphere_build_test {
 namespace {
 
 using Positions = std::vector<Vec3>;
@@ -235,4 +235,4 @@ TEST(Sphere, GapIsALowerBoundOfTheDistance) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::sphere_build_test

@@ -10,7 +10,7 @@
 
 #include "bsi/shapes.h"
 
-namespace weft::bsi {
+namespace weft::bsi::surface_terms_test {
 namespace {
 
 constexpr double reach = 0.03;
@@ -217,4 +217,4 @@ TEST(SurfaceTerms, TheSumIsSmooth) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::surface_terms_test

@@ -10,7 +10,7 @@
 #include "bsi/traversal.h"
 #include "tests/bsi/feature_distances.h"
 
-namespace weft::bsi {
+namespace weft::bsi::tangent_bound_test {
 namespace {
 
 using Random = std::mt19937;
@@ -185,4 +185,4 @@ TEST(TangentBound, IsNotBeatenByAnAttack) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::tangent_bound_test

@@ -15,7 +15,7 @@
 #include "bsi/traversal.h"
 #include "tests/bsi/feature_distances.h"
 
-namespace weft::bsi {
+namespace weft::bsi::tangent_certificate_test {
 namespace {
 
 using Random = std::mt19937;
@@ -338,4 +338,4 @@ TEST(TangentCertificate, ContinuousCollisionFindsNoPairThatIsLeftOut) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::tangent_certificate_test

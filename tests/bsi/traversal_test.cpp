@@ -18,7 +18,7 @@
 #include "tests/bsi/crumpled.h"
 #include "tests/bsi/restored_settings.h"
 
-namespace weft::bsi {
+namespace weft::bsi::traversal_test {
 namespace {
 
 using Positions = std::vector<Vec3>;
@@ -498,4 +498,4 @@ TEST(Traversal, BlocksOfALevelAreThoseWhoseBoxesOverlap) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::traversal_test

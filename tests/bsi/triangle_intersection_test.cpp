@@ -12,7 +12,7 @@
 
 #include "bsi/proximity.h"
 
-namespace weft::bsi {
+namespace weft::bsi::triangle_intersection_test {
 namespace {
 
 __extension__ typedef __int128 Wide;
@@ -226,4 +226,4 @@ TEST(TriangleIntersection, EndsLieInBothTriangles) {
 }
 
 }  // namespace
-}  // namespace weft::bsi
+}  // namespace weft::bsi::triangle_intersection_test

@@ -10,7 +10,7 @@
 #include "bsi/shapes.h"
 #include "gpu/renderer.h"
 
-namespace weft::gpu {
+namespace weft::gpu::camera_test {
 namespace {
 
 struct Frame {
@@ -132,4 +132,4 @@ TEST(Palette, HasNoTwoNeighboursAlike) {
 }
 
 }  // namespace
-}  // namespace weft::gpu
+}  // namespace weft::gpu::camera_test

@@ -8,7 +8,7 @@
 #include "gpu/bitmap_font.h"
 #include "gpu/renderer.h"
 
-namespace weft::gpu {
+namespace weft::gpu::colour_map_test {
 namespace {
 
 // The lightness L* of CIELAB, 0..100, from the luminance of linear sRGB (IEC 61966-2-1).
@@ -125,4 +125,4 @@ TEST(BitmapFont, WritesCharactersWithinThePicture) {
 }
 
 }  // namespace
-}  // namespace weft::gpu
+}  // namespace weft::gpu::colour_map_test

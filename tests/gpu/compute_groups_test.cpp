@@ -11,7 +11,7 @@
 #include "tests/gpu/leaf_oracle.h"
 #include "tests/gpu/test_context.h"
 
-namespace weft::gpu {
+namespace weft::gpu::compute_groups_test {
 namespace {
 
 using bsi::Surface;
@@ -217,4 +217,4 @@ std::string name_of(const testing::TestParamInfo<bsi::Bound>& tested) {
 INSTANTIATE_TEST_SUITE_P(Bounds, ComputeGroupSearches, testing::ValuesIn(bounds), name_of);
 
 }  // namespace
-}  // namespace weft::gpu
+}  // namespace weft::gpu::compute_groups_test

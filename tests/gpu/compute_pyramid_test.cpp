@@ -9,7 +9,7 @@
 #include "bsi/shapes.h"
 #include "tests/gpu/test_context.h"
 
-namespace weft::gpu {
+namespace weft::gpu::compute_pyramid_test {
 namespace {
 
 using bsi::Atlas;
@@ -275,4 +275,4 @@ TEST(ComputePyramid, RefusesWhatTheDeviceCannotHold) {
 }
 
 }  // namespace
-}  // namespace weft::gpu
+}  // namespace weft::gpu::compute_pyramid_test

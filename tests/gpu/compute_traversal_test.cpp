@@ -15,7 +15,7 @@
 #include "tests/gpu/leaf_oracle.h"
 #include "tests/gpu/test_context.h"
 
-namespace weft::gpu {
+namespace weft::gpu::compute_traversal_test {
 namespace {
 
 using bsi::Atlas;
@@ -367,4 +367,4 @@ INSTANTIATE_TEST_SUITE_P(Leaves, ComputeTraversals,
                          name_of);
 
 }  // namespace
-}  // namespace weft::gpu
+}  // namespace weft::gpu::compute_traversal_test

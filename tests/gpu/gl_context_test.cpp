@@ -6,7 +6,7 @@
 
 #include "tests/gpu/test_context.h"
 
-namespace weft::gpu {
+namespace weft::gpu::gl_context_test {
 namespace {
 
 TEST(GlContext, SaysWhatItIs) {
@@ -55,4 +55,4 @@ TEST(GlContext, HardwareIsRefusedWhereThereIsNone) {
 }
 
 }  // namespace
-}  // namespace weft::gpu
+}  // namespace weft::gpu::gl_context_test

@@ -17,7 +17,7 @@
 #include "gpu/renderer.h"
 #include "gpu/triangle_batch.h"
 
-namespace weft::gpu {
+namespace weft::gpu::level_of_detail_test {
 namespace {
 
 constexpr Colour red{0.9F, 0.05F, 0.05F};
@@ -238,4 +238,4 @@ TEST(LevelOfDetail, IsLitLikeTheOriginal) {
 }
 
 }  // namespace
-}  // namespace weft::gpu
+}  // namespace weft::gpu::level_of_detail_test

@@ -8,7 +8,7 @@
 #include "gpu/triangle_batch.h"
 #include "gpu/view.h"
 
-namespace weft::gpu {
+namespace weft::gpu::light_test {
 namespace {
 
 using Eigen::Vector3f;
@@ -158,4 +158,4 @@ TEST(ScreenGeometry, CutsLargeTriangles) {
 }
 
 }  // namespace
-}  // namespace weft::gpu
+}  // namespace weft::gpu::light_test

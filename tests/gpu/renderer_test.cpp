@@ -15,7 +15,7 @@
 #include "gpu/triangle_batch.h"
 #include "tests/temporary_folder.h"
 
-namespace weft::gpu {
+namespace weft::gpu::renderer_test {
 namespace {
 
 constexpr Colour red{0.7F, 0.05F, 0.05F};
@@ -344,4 +344,4 @@ TEST(PngFile, NamesTheFileThatCannotBeWritten) {
 }
 
 }  // namespace
-}  // namespace weft::gpu
+}  // namespace weft::gpu::renderer_test

@@ -14,7 +14,7 @@
 #include "tests/materials/hinge_hessian.h"
 #include "tests/measured_fabrics.h"
 
-namespace weft::materials {
+namespace weft::materials::bending_test {
 namespace {
 
 constexpr std::array<bool, 3> kInner = {true, true, true};
@@ -605,4 +605,4 @@ TEST(CurvedBending, ContainsTheLinearLaw) {
 }
 
 }  // namespace
-}  // namespace weft::materials
+}  // namespace weft::materials::bending_test

@@ -4,7 +4,7 @@
 
 #include "tests/materials/finite_difference.h"
 
-namespace weft::materials {
+namespace weft::materials::contact_test {
 namespace {
 
 constexpr double kRange = 2e-3;  // m
@@ -196,4 +196,4 @@ TEST(DampedPush, RestitutionFallsWithSpeedAsTheTableSays) {
 }
 
 }  // namespace
-}  // namespace weft::materials
+}  // namespace weft::materials::contact_test

@@ -8,7 +8,7 @@
 #include "materials/bending.h"
 #include "tests/materials/finite_difference.h"
 
-namespace weft::materials {
+namespace weft::materials::crease_test {
 namespace {
 
 constexpr double stiffness = 2e-3, poisson_ratio = 0.3;  // N m
@@ -187,4 +187,4 @@ TEST(Crease, ElasticTrianglesStayElastic) {
   EXPECT_EQ(YieldLaw().dissipated(0), 0);
 }
 
-}  // namespace weft::materials
+}  // namespace weft::materials::crease_test

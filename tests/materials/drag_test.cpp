@@ -4,7 +4,7 @@
 
 #include "tests/materials/finite_difference.h"
 
-namespace weft::materials {
+namespace weft::materials::drag_test {
 namespace {
 
 constexpr int kTrials = 100;
@@ -123,4 +123,4 @@ TEST(Drag, NothingWithoutAreaOrWind) {
 }
 
 }  // namespace
-}  // namespace weft::materials
+}  // namespace weft::materials::drag_test

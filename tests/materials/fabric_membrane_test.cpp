@@ -11,7 +11,7 @@
 #include "tests/materials/finite_difference.h"
 #include "tests/measured_fabrics.h"
 
-namespace weft::materials {
+namespace weft::materials::fabric_membrane_test {
 namespace {
 
 using Strain = std::array<double, 3>;
@@ -304,4 +304,4 @@ TEST(FabricMembrane, LinearLawIsTheOrthotropicMembrane) {
 }
 
 }  // namespace
-}  // namespace weft::materials
+}  // namespace weft::materials::fabric_membrane_test

@@ -7,7 +7,7 @@
 #include "tests/materials/finite_difference.h"
 #include "tests/materials/hinge_hessian.h"
 
-namespace weft::materials {
+namespace weft::materials::hinge_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -179,4 +179,4 @@ TEST(Hinge, NotANumberIsHandedOn) {
 }
 
 }  // namespace
-}  // namespace weft::materials
+}  // namespace weft::materials::hinge_test

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-namespace weft::materials {
+namespace weft::materials::lanes_test {
 namespace {
 
 double ulp(double value) {
@@ -135,4 +135,4 @@ TEST(Lanes, MoveUpByOne) {
 }
 
 }  // namespace
-}  // namespace weft::materials
+}  // namespace weft::materials::lanes_test

@@ -7,7 +7,7 @@
 
 #include "tests/materials/finite_difference.h"
 
-namespace weft::materials {
+namespace weft::materials::membrane_test {
 namespace {
 
 using Mat9 = Eigen::Matrix<double, 9, 9>;
@@ -231,4 +231,4 @@ TEST(Membrane, AffinePatchLeavesInnerNodesInBalance) {
 }
 
 }  // namespace
-}  // namespace weft::materials
+}  // namespace weft::materials::membrane_test

@@ -7,7 +7,7 @@
 
 #include "tests/materials/finite_difference.h"
 
-namespace weft::materials {
+namespace weft::materials::orthotropic_membrane_test {
 namespace {
 
 Nodes3 random_triangle(std::mt19937& generator) {
@@ -124,4 +124,4 @@ TEST(OrthotropicMembrane, PullsHaveTheConstantsOfTheirDirection) {
 }
 
 }  // namespace
-}  // namespace weft::materials
+}  // namespace weft::materials::orthotropic_membrane_test

@@ -7,7 +7,7 @@
 #include <random>
 #include <utility>
 
-namespace weft::materials {
+namespace weft::materials::shell_test {
 namespace {
 
 constexpr int nodes = 9;
@@ -213,4 +213,4 @@ TEST(Shell, PullingPartLeavesOutCompression) {
 }
 
 }  // namespace
-}  // namespace weft::materials
+}  // namespace weft::materials::shell_test

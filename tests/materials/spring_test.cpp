@@ -4,7 +4,7 @@
 
 #include "tests/materials/finite_difference.h"
 
-namespace weft::materials {
+namespace weft::materials::spring_test {
 namespace {
 
 constexpr int kTrials = 200;
@@ -124,4 +124,4 @@ TEST(Spring, CoincidentNodesGiveNoForce) {
 }
 
 }  // namespace
-}  // namespace weft::materials
+}  // namespace weft::materials::spring_test

@@ -10,7 +10,7 @@
 #include "materials/membrane.h"
 #include "tests/materials/finite_difference.h"
 
-namespace weft::materials {
+namespace weft::materials::strain_limit_test {
 namespace {
 
 using Mat9 = Eigen::Matrix<double, 9, 9>;
@@ -224,4 +224,4 @@ TEST(StrainLimit, LanesAgreeWithSingleTriangles) {
   }
 }
 
-}  // namespace weft::materials
+}  // namespace weft::materials::strain_limit_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace weft::materials {
+namespace weft::materials::surface_angle_test {
 namespace {
 
 constexpr int nodes = 5;
@@ -97,4 +97,4 @@ TEST_F(AnglePoint, HasNoMomentWhereASurfaceIsParallelToTheCurve) {
 }
 
 }  // namespace
-}  // namespace weft::materials
+}  // namespace weft::materials::surface_angle_test

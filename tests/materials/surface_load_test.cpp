@@ -5,7 +5,7 @@
 #include <functional>
 #include <utility>
 
-namespace weft::materials {
+namespace weft::materials::surface_load_test {
 namespace {
 
 const Tangents skew{Vec3(1.1, 0.2, -0.3), Vec3(-0.4, 0.9, 0.5)};
@@ -77,4 +77,4 @@ TEST(EdgeMoment, WorksOnTheRotationOfItsEdgeAlone) {
 }
 
 }  // namespace
-}  // namespace weft::materials
+}  // namespace weft::materials::surface_load_test

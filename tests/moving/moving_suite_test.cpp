@@ -18,7 +18,7 @@
 #include "tests/moving/moving_scenes.h"
 #include "tests/temporary_folder.h"
 
-namespace weft::moving {
+namespace weft::moving::moving_suite_test {
 namespace {
 
 constexpr double share_to_reach = 0.95;
@@ -140,4 +140,4 @@ TEST(Moving, AsTheEnvironmentSays) {
 }
 
 }  // namespace
-}  // namespace weft::moving
+}  // namespace weft::moving::moving_suite_test

@@ -8,7 +8,7 @@
 #include "sim/motion/energy_watch.h"
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::accuracy_choice_test {
 namespace {
 
 const std::string hanging_sheet = R"(
@@ -341,4 +341,4 @@ TEST(AccuracyChoice, EndsItsPilotWhereTheRunWouldEnd) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::accuracy_choice_test

@@ -1,7 +1,7 @@
 // Case files wrong in one key or value are refused at its place, with a hint.
 #include "bad_case.h"
 
-namespace weft::sim {
+namespace weft::sim::bad_case_test {
 
 namespace {
 
@@ -437,4 +437,4 @@ TEST(BadFile, DirectoryIsNamed) {
   }
 }
 
-}  // namespace weft::sim
+}  // namespace weft::sim::bad_case_test

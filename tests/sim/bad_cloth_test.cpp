@@ -3,7 +3,7 @@
 #include "sim/scene/scene.h"
 #include "tests/sim/bad_case.h"
 
-namespace weft::sim {
+namespace weft::sim::bad_cloth_test {
 
 namespace {
 
@@ -227,4 +227,4 @@ TEST_P(BadSeam, IsRefused) {
 }
 INSTANTIATE_TEST_SUITE_P(All, BadSeam, testing::ValuesIn(bad_seams()), bad_case_name);
 
-}  // namespace weft::sim
+}  // namespace weft::sim::bad_cloth_test

@@ -1,7 +1,7 @@
 // Curves and gusts that must be refused, each with its place, reason and hint.
 #include "tests/sim/bad_case.h"
 
-namespace weft::sim {
+namespace weft::sim::bad_curve_test {
 namespace {
 
 class BadCurve : public testing::TestWithParam<BadCase> {};
@@ -153,4 +153,4 @@ std::vector<BadCase> bad_curves() {
 INSTANTIATE_TEST_SUITE_P(All, BadCurve, testing::ValuesIn(bad_curves()), bad_case_name);
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::bad_curve_test

@@ -3,7 +3,7 @@
 #include "sim/case/case_text.h"
 #include "sim/case/material_presets.h"
 
-namespace weft::sim {
+namespace weft::sim::bad_fabric_test {
 
 namespace {
 
@@ -185,4 +185,4 @@ TEST_P(BrokenFabrics, AreRefused) { expect_refused(GetParam()); }
 INSTANTIATE_TEST_SUITE_P(All, BrokenFabrics, testing::ValuesIn(broken_fabrics()), bad_case_name);
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::bad_fabric_test

@@ -1,7 +1,7 @@
 // Loads, sliding supports and load paths that must be refused.
 #include "bad_case.h"
 
-namespace weft::sim {
+namespace weft::sim::bad_load_test {
 namespace {
 
 const std::string load_on_sheet = sheet + "[[load]]\nbody = \"sheet\"\n";
@@ -160,4 +160,4 @@ TEST_P(BadLoad, IsRefusedWithPlaceAndHint) { expect_refused(GetParam()); }
 INSTANTIATE_TEST_SUITE_P(All, BadLoad, testing::ValuesIn(bad_loads()), bad_case_name);
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::bad_load_test

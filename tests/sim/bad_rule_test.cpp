@@ -1,7 +1,7 @@
 // Case files whose values contradict each other, and overrides that do not fit the case.
 #include "bad_case.h"
 
-namespace weft::sim {
+namespace weft::sim::bad_rule_test {
 
 namespace {
 
@@ -601,4 +601,4 @@ TEST_P(BrokenRule, IsRefused) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(Row, BrokenRule, testing::ValuesIn(broken_rules()), bad_case_name);
 
-}  // namespace weft::sim
+}  // namespace weft::sim::bad_rule_test

@@ -7,7 +7,7 @@
 #include "bench/roof_paths.h"
 #include "joint_cases.h"
 
-namespace weft::sim {
+namespace weft::sim::benchmark_case_test {
 namespace {
 
 std::string path_of(const std::string& name) {
@@ -148,4 +148,4 @@ TEST(NarrowStrip, GivesWaySidewaysBeyondIt) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::benchmark_case_test

@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-namespace weft::sim {
+namespace weft::sim::body_tree_test {
 namespace {
 
 using Box = BodyTree::Box;
@@ -83,4 +83,4 @@ TEST(BodyTree, LooksAtAFewBoxesOfMany) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::body_tree_test

@@ -7,7 +7,7 @@
 #include "../reference_value.h"
 #include "mode_case.h"
 
-namespace weft::sim {
+namespace weft::sim::buckling_modes_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -154,4 +154,4 @@ force = [0, 0, 0]
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::buckling_modes_test

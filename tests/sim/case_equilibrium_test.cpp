@@ -3,7 +3,7 @@
 
 #include "mode_case.h"
 
-namespace weft::sim {
+namespace weft::sim::case_equilibrium_test {
 namespace {
 
 constexpr const char* released = R"(
@@ -88,4 +88,4 @@ TEST(CaseEquilibrium, RefusesPinsThatLetGo) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::case_equilibrium_test

@@ -14,7 +14,7 @@
 #include "sim/case/case_writer.h"
 #include "tests/temporary_folder.h"
 
-namespace weft::sim {
+namespace weft::sim::case_reader_test {
 
 namespace {
 
@@ -422,4 +422,4 @@ TEST(CaseText, NumbersReadBackBitForBit) {
   }
 }
 
-}  // namespace weft::sim
+}  // namespace weft::sim::case_reader_test

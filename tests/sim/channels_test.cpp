@@ -13,7 +13,7 @@
 #include "tests/sim/channel_run.h"
 #include "tests/temporary_folder.h"
 
-namespace weft::sim {
+namespace weft::sim::channels_test {
 namespace {
 
 const std::string sheet_in_air = R"(
@@ -536,4 +536,4 @@ INSTANTIATE_TEST_SUITE_P(
     bad_case_name);
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::channels_test

@@ -5,7 +5,7 @@
 #include "tests/sim/bad_case.h"
 #include "tests/sim/joint_cases.h"
 
-namespace weft::sim {
+namespace weft::sim::clamp_test {
 namespace {
 
 // Returns the distance of a strip's tip from that of the inextensible elastica, as a share of the
@@ -191,4 +191,4 @@ TEST(Clamp, NeedsAnEdge) {
   }
 }
 
-}  // namespace weft::sim
+}  // namespace weft::sim::clamp_test

@@ -6,7 +6,7 @@
 #include <functional>
 #include <string>
 
-namespace weft::sim {
+namespace weft::sim::coarse_axis_test {
 namespace {
 
 // Returns all levels of an axis, the finest first.
@@ -113,4 +113,4 @@ TEST(CoarseAxis, NearestNodesAreDistinctAndMirrored) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::coarse_axis_test

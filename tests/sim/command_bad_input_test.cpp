@@ -15,7 +15,7 @@
 #include "sim/trajectory/trajectory.h"
 #include "tests/sim/weft_process.h"
 
-namespace weft::sim {
+namespace weft::sim::command_bad_input_test {
 namespace {
 
 constexpr const char* sheet_case = R"(title = "A sheet"
@@ -402,4 +402,4 @@ TEST_F(CommandBadInput, EscapesWhatTerminalsObey) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::command_bad_input_test

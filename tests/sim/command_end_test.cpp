@@ -6,7 +6,7 @@
 #include "sim/command/run_command.h"
 #include "tests/sim/weft_process.h"
 
-namespace weft::sim {
+namespace weft::sim::command_end_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -233,4 +233,4 @@ TEST_F(CommandEnd, EachOverrideHasASetOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::command_end_test

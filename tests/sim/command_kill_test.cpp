@@ -4,7 +4,7 @@
 #include "sim/trajectory/trajectory.h"
 #include "tests/sim/weft_process.h"
 
-namespace weft::sim {
+namespace weft::sim::command_kill_test {
 namespace {
 
 constexpr const char* falling_case = R"(
@@ -94,4 +94,4 @@ TEST_F(CommandKill, CanBeReadWhileItGoesOn) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::command_kill_test

@@ -7,7 +7,7 @@
 #include "sim/trajectory/trajectory.h"
 #include "tests/sim/weft_process.h"
 
-namespace weft::sim {
+namespace weft::sim::command_modes_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -163,4 +163,4 @@ TEST_F(CommandModes, FailsWithTheReasonAndWithoutAFile) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::command_modes_test

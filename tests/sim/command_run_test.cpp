@@ -12,7 +12,7 @@
 #include "sim/trajectory/trajectory.h"
 #include "tests/sim/weft_process.h"
 
-namespace weft::sim {
+namespace weft::sim::command_run_test {
 namespace {
 
 constexpr const char* sheet_case = R"(title = "A sheet hangs from two corners"
@@ -403,4 +403,4 @@ TEST_F(CommandRun, LoadsOpenGLOnlyToSearchOnADevice) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::command_run_test

@@ -5,7 +5,7 @@
 #include "sim/command/run_command.h"
 #include "tests/sim/weft_process.h"
 
-namespace weft::sim {
+namespace weft::sim::command_test {
 namespace {
 
 constexpr const char* sheet_case = R"(title = "A sheet"
@@ -308,4 +308,4 @@ TEST_F(Command, NoticesThatNobodyGotItsResults) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::command_test

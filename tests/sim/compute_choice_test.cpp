@@ -8,7 +8,7 @@
 #include "sim/view/scene_description.h"
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::compute_choice_test {
 namespace {
 
 std::unique_ptr<const Scene> drape(const std::string& backend, const std::string& bound = "box") {
@@ -177,4 +177,4 @@ TEST(ComputeChoice, ADeviceThatFailsHandsOverToTheCpu) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::compute_choice_test

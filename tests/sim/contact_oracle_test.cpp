@@ -14,7 +14,7 @@
 #include "sim/case/case_reader.h"
 #include "sim/contact/contact.h"
 
-namespace weft::sim {
+namespace weft::sim::contact_oracle_test {
 namespace {
 
 using Positions = std::vector<Vec3>;
@@ -472,4 +472,4 @@ shape = { type = "sphere", radius = 0.2, resolution = [9] }
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::contact_oracle_test

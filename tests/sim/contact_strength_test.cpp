@@ -7,7 +7,7 @@
 #include "sim/contact/contact.h"
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::contact_strength_test {
 namespace {
 
 constexpr double range = 2e-3, thickness = 1e-3, size = 0.3;  // m
@@ -211,4 +211,4 @@ shape = { type = "rectangle", size = [0.3, 0.3], resolution = [9, 9] }
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::contact_strength_test

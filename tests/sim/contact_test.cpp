@@ -12,7 +12,7 @@
 #include "sim/view/crossings.h"
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::contact_test {
 namespace {
 
 // Two sheets, crumpled at random, slightly above each other and over a sphere: every kind of pair
@@ -581,4 +581,4 @@ TEST(Contact, AMeshFinerThanTheRangeIsRefused) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::contact_test

@@ -6,7 +6,7 @@
 #include "tests/sim/channel_run.h"
 #include "tests/sim/joint_cases.h"
 
-namespace weft::sim {
+namespace weft::sim::crease_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -376,4 +376,4 @@ shape = { type = "rectangle", size = [0.1, 0.1], resolution = [3, 3] }
   EXPECT_EQ(sleepy.summary_of(3, sleepy.state()).sleeping_bodies, 1);
 }
 
-}  // namespace weft::sim
+}  // namespace weft::sim::crease_test

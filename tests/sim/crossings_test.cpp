@@ -13,7 +13,7 @@
 #include "bsi/detail/exact_predicates.h"
 #include "bsi/triangle_intersection.h"
 
-namespace weft::sim {
+namespace weft::sim::crossings_test {
 namespace {
 
 using bsi::orientation;
@@ -341,4 +341,4 @@ TEST(Crossings, NothingToFindInNothing) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::crossings_test

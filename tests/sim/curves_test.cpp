@@ -13,7 +13,7 @@
 #include "sim/view/scene_description.h"
 #include "tests/sim/simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::curves_test {
 namespace {
 
 // A free sheet across the wind. All its vertices move alike, whatever drives them.
@@ -529,4 +529,4 @@ TEST(Curves, VerletFollowsDampingThatGrows) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::curves_test

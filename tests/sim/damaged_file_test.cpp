@@ -8,7 +8,7 @@
 #include "sim/command/run_command.h"
 #include "tests/sim/weft_process.h"
 
-namespace weft::sim {
+namespace weft::sim::damaged_file_test {
 namespace {
 
 class DamagedFile : public WeftCommand {
@@ -138,4 +138,4 @@ TEST(ReadingProcess, EndsWorkThatComesToNoEnd) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::damaged_file_test

@@ -1,7 +1,7 @@
 // The main task in small: cloth falls on obstacles and on itself, and nothing passes through.
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::drape_test {
 namespace {
 
 // Simulates a shipped case, smaller and shorter, and checks every frame by the exact referee.
@@ -50,4 +50,4 @@ TEST(Drape, SheetsFallOnEachOther) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::drape_test

@@ -1,7 +1,7 @@
 // Features that a scene does not need cost nothing, as the counters show.
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::economy_test {
 namespace {
 
 std::string drape(const std::string& more = "") {
@@ -199,4 +199,4 @@ shape = { type = "sphere", radius = 0.3, resolution = [17] }
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::economy_test

@@ -8,7 +8,7 @@
 
 #include "tests/sim/simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::energy_watch_test {
 namespace {
 
 // The sheet is thrown in its own plane without gravity, and keeps its energy.
@@ -341,4 +341,4 @@ TEST(EnergyWatch, HoldsInWind) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::energy_watch_test

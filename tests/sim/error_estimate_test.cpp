@@ -8,7 +8,7 @@
 #include "simulated_case.h"
 #include "tests/temporary_folder.h"
 
-namespace weft::sim {
+namespace weft::sim::error_estimate_test {
 namespace {
 
 const std::string swinging_sheet = R"(
@@ -186,4 +186,4 @@ rows = [0, -1]
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::error_estimate_test

@@ -8,7 +8,7 @@
 #include "simulated_case.h"
 #include "tests/measured_fabrics.h"
 
-namespace weft::sim {
+namespace weft::sim::fabric_test {
 namespace {
 
 // A sheet of 0.2 m x 0.1 m of this material, that starts stretched. Its rows lie along x.
@@ -349,4 +349,4 @@ shape = { type = "rectangle", size = [0.2, 0.1], resolution = [6, 11] }
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::fabric_test

@@ -10,7 +10,7 @@
 #include "sim/view/trajectory_info.h"
 #include "tests/sim/field_trajectory.h"
 
-namespace weft::sim {
+namespace weft::sim::field_extremes_test {
 namespace {
 
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
@@ -126,4 +126,4 @@ TEST_F(FieldExtremes, AreSaidOfRecordsToo) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::field_extremes_test

@@ -8,7 +8,7 @@
 #include "sim/command/run_command.h"
 #include "tests/sim/weft_process.h"
 
-namespace weft::sim {
+namespace weft::sim::file_lock_test {
 namespace {
 
 constexpr const char* long_case = R"(time.duration = 1e4
@@ -110,4 +110,4 @@ TEST_F(FileLock, ReplacesALinkThatLeadsNowhere) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::file_lock_test

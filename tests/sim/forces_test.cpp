@@ -12,7 +12,7 @@
 #include "sim/scene/cloth_laws.h"
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::forces_test {
 namespace {
 
 using materials::Nodes3;
@@ -419,4 +419,4 @@ TEST(Forces, SameBitsForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::forces_test

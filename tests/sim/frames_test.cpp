@@ -6,7 +6,7 @@
 #include "sim/integrator/settled_frame.h"
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::frames_test {
 namespace {
 
 // A body thrown at a plate that stops it at once; a polynomial through the velocities of both ends
@@ -138,4 +138,4 @@ TEST(Frames, PathsOfStepsAreThoseOfPrescribedPoints) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::frames_test

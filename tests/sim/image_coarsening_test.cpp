@@ -7,7 +7,7 @@
 
 #include "sim/case/case_reader.h"
 
-namespace weft::sim {
+namespace weft::sim::image_coarsening_test {
 namespace {
 
 std::unique_ptr<const Scene> scene_of(const std::string& shape, const std::string& pin = "") {
@@ -183,4 +183,4 @@ TEST(ImageCoarsening, RestrictionIsTheTransposeOfProlongation) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::image_coarsening_test

@@ -9,7 +9,7 @@
 #include "sim/run/make_simulation.h"
 #include "tests/temporary_folder.h"
 
-namespace weft::sim {
+namespace weft::sim::include_case_test {
 
 namespace {
 
@@ -300,4 +300,4 @@ TEST(CaseInclude, RefusesLongChains) {
   expected a few levels of [[include]])");
 }
 
-}  // namespace weft::sim
+}  // namespace weft::sim::include_case_test

@@ -4,7 +4,7 @@
 
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::integrator_test {
 namespace {
 
 const std::string pinned_sheet = R"(
@@ -267,4 +267,4 @@ shape = { type = "rectangle", size = [0.3, 0.3], resolution = [3, 3] }
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::integrator_test

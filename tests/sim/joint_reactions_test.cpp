@@ -1,7 +1,7 @@
 // Reactions of clamps and ties.
 #include "tests/sim/channel_run.h"
 
-namespace weft::sim {
+namespace weft::sim::joint_reactions_test {
 namespace {
 
 // A stiff strip of 0.3 m and 5.88 mN that a clamp holds out by its first column.
@@ -131,4 +131,4 @@ TEST(JointReactions, ABrokenTieCarriesNothing) {
   EXPECT_GT(run.vector("reactions/tie/1/force").z(), 0);
 }
 
-}  // namespace weft::sim
+}  // namespace weft::sim::joint_reactions_test

@@ -5,7 +5,7 @@
 
 #include "sim/modes/largest_eigenpairs.h"
 
-namespace weft::sim {
+namespace weft::sim::largest_eigenpairs_test {
 namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
@@ -153,4 +153,4 @@ TEST(SymmetricFactors, RootsMakeTheMatrix) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::largest_eigenpairs_test

@@ -6,7 +6,7 @@
 #include "channel_run.h"
 #include "joint_cases.h"
 
-namespace weft::sim {
+namespace weft::sim::load_path_test {
 namespace {
 
 std::string benchmark_text(const std::string& name) {
@@ -233,4 +233,4 @@ pin = [
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::load_path_test

@@ -6,7 +6,7 @@
 #include "joint_cases.h"
 #include "sim/scene/load_points.h"
 
-namespace weft::sim {
+namespace weft::sim::load_test {
 namespace {
 
 // A body of 1.2 m x 0.8 m in the plane of x and y, of cloth or a shell, without gravity.
@@ -283,4 +283,4 @@ pressure = { times = [0, 1], values = [0, 200] }
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::load_test

@@ -6,7 +6,7 @@
 #include "tests/sim/bad_case.h"
 #include "tests/sim/joint_cases.h"
 
-namespace weft::sim {
+namespace weft::sim::loss_factor_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -220,4 +220,4 @@ shape = { type = "rectangle", size = [0.1, 0.1], resolution = [5, 5] }
               1e-15);
 }
 
-}  // namespace weft::sim
+}  // namespace weft::sim::loss_factor_test

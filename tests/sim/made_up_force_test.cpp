@@ -7,7 +7,7 @@
 #include "sim/motion/work.h"
 #include "tests/sim/simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::made_up_force_test {
 namespace {
 
 // A bath that moves with the velocity w: F = -c (v - w) on every particle.
@@ -119,4 +119,4 @@ TEST(MadeUpForce, DoesWorkThatTheWatchCounts) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::made_up_force_test

@@ -6,7 +6,7 @@
 
 #include "shell_model.h"
 
-namespace weft::sim {
+namespace weft::sim::mass_matrix_test {
 namespace {
 
 using Vector = Eigen::VectorXd;
@@ -115,4 +115,4 @@ TEST(MassMatrix, IsPositiveDefinite) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::mass_matrix_test

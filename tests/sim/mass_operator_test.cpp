@@ -12,7 +12,7 @@
 #include "sim/scene/spline_surface.h"
 #include "tests/dense_algebra.h"
 
-namespace weft::sim {
+namespace weft::sim::mass_operator_test {
 namespace {
 
 const std::string solid = R"(
@@ -168,4 +168,4 @@ TEST(MassOperator, IsDiagonalWithoutShells) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::mass_operator_test

@@ -8,7 +8,7 @@
 #include "sim/case/case_reader.h"
 #include "tests/measured_fabrics.h"
 
-namespace weft::sim {
+namespace weft::sim::material_presets_test {
 namespace {
 
 const std::string sheet = R"(
@@ -144,4 +144,4 @@ TEST(MaterialPresets, AreListedWithTheirChanges) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::material_presets_test

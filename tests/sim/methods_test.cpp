@@ -3,7 +3,7 @@
 
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::methods_test {
 namespace {
 
 // A stretched, damped sheet that swings under gravity; its motion is smooth, so that orders show.
@@ -352,4 +352,4 @@ region_max = [1, 1, 1]
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::methods_test

@@ -8,7 +8,7 @@
 
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::motion_limits_test {
 namespace {
 
 // A plate rises from below towards a sheet that falls at `falling` (m/s) from `height`.
@@ -105,4 +105,4 @@ motion = { angular_velocity_deg = [0, 0, 360] }
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::motion_limits_test

@@ -6,7 +6,7 @@
 
 #include <numbers>
 
-namespace weft::sim {
+namespace weft::sim::motion_test {
 namespace {
 
 const std::vector<Vec3> corner{{1, 0, 0}, {0, 1, 0}, {0.3, -0.2, 0.7}};
@@ -153,4 +153,4 @@ TEST(RigidMotion, RotationVectorsTurnTheRightWay) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::motion_test

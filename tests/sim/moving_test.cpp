@@ -7,7 +7,7 @@
 #include "sim/motion/motion_limits.h"
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::moving_test {
 namespace {
 
 const Overrides cvode = method("cvode"), arkode = method("arkode"), euler = method("euler");
@@ -457,4 +457,4 @@ motion = { velocity = [0, 0, 1] }
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::moving_test

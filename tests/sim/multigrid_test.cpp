@@ -10,7 +10,7 @@
 #include "sim/solver/velocity_system.h"
 #include "tests/dense_algebra.h"
 
-namespace weft::sim {
+namespace weft::sim::multigrid_test {
 namespace {
 
 std::string sheet(int rows, int cols) {
@@ -482,4 +482,4 @@ TEST(Multigrid, ReportsAnIndefiniteMatrix) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::multigrid_test

@@ -2,7 +2,7 @@
 #include "bad_case.h"
 #include "sim/scene/scene.h"
 
-namespace weft::sim {
+namespace weft::sim::output_case_test {
 
 namespace {
 
@@ -107,4 +107,4 @@ TEST(OutputPart, OfOneRowIsRefused) {
   }
 }
 
-}  // namespace weft::sim
+}  // namespace weft::sim::output_case_test

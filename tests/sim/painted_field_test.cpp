@@ -13,7 +13,7 @@
 #include "sim/view/render_trajectory.h"
 #include "tests/sim/field_trajectory.h"
 
-namespace weft::sim {
+namespace weft::sim::painted_field_test {
 namespace {
 
 TEST(ColourScale, GivesTheEndsOfTheMapToTheEndsOfTheRange) {
@@ -320,4 +320,4 @@ TEST_F(PaintedPictures, NeedANumber) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::painted_field_test

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace weft::sim {
+namespace weft::sim::particle_masses_test {
 namespace {
 
 TEST(ParticleMasses, WeighAndSlowDownAnyNumberOfParticles) {
@@ -44,4 +44,4 @@ TEST(ParticleMasses, WeighAndSlowDownAnyNumberOfParticles) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::particle_masses_test

@@ -5,7 +5,7 @@
 #include "../reference_value.h"
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::physics_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -253,4 +253,4 @@ edges = ["last_row"]
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::physics_test

@@ -5,7 +5,7 @@
 
 #include "tests/sim/sampled_scene.h"
 
-namespace weft::sim {
+namespace weft::sim::prescribed_paths_test {
 namespace {
 
 // A motion about the centre of the sheet: 90 degrees in a second.
@@ -106,4 +106,4 @@ TEST(PrescribedPaths, PinsMayBeCarriedBesideAnObstacle) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::prescribed_paths_test

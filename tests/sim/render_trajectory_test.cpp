@@ -13,7 +13,7 @@
 #include "sim/trajectory/trajectory.h"
 #include "tests/temporary_folder.h"
 
-namespace weft::sim {
+namespace weft::sim::render_trajectory_test {
 namespace {
 
 namespace files = std::filesystem;
@@ -406,4 +406,4 @@ TEST_F(RenderTrajectory, NamesTheBodyThatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::render_trajectory_test

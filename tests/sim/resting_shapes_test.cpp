@@ -6,7 +6,7 @@
 #include "sim/simulation/simulation.h"
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::resting_shapes_test {
 namespace {
 
 struct RestingShape {
@@ -134,4 +134,4 @@ INSTANTIATE_TEST_SUITE_P(Each, Supports, testing::ValuesIn(supports()), name_of)
 INSTANTIATE_TEST_SUITE_P(Each, RestingShapes, testing::ValuesIn(resting_shapes()), name_of);
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::resting_shapes_test

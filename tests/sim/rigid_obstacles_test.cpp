@@ -13,7 +13,7 @@
 #include "tests/sim/contact_oracle.h"
 #include "tests/sim/simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::rigid_obstacles_test {
 namespace {
 
 using Positions = std::vector<Vec3>;
@@ -446,4 +446,4 @@ TEST(RigidObstacles, AreBodiesThatOneMotionCarries) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::rigid_obstacles_test

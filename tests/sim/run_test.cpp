@@ -9,7 +9,7 @@
 #include "tests/sim/simulated_case.h"
 #include "tests/temporary_folder.h"
 
-namespace weft::sim {
+namespace weft::sim::run_test {
 namespace {
 
 class WholeRun : public testing::Test {
@@ -139,4 +139,4 @@ TEST_F(WholeRun, FramesOfAQuickRunAreWrittenTogether) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::run_test

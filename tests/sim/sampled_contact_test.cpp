@@ -12,7 +12,7 @@
 #include "sim/run/initial_state.h"
 #include "tests/sim/sampled_scene.h"
 
-namespace weft::sim {
+namespace weft::sim::sampled_contact_test {
 namespace {
 
 // Two crumpled sheets, one above the other, and a ball below: every kind of
@@ -564,4 +564,4 @@ TEST(SampledContact, PosesStandForTheParticlesOfObstacles) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::sampled_contact_test

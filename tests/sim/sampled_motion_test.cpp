@@ -7,7 +7,7 @@
 #include "sim/motion/prescribed_paths.h"
 #include "tests/sim/sampled_scene.h"
 
-namespace weft::sim {
+namespace weft::sim::sampled_motion_test {
 namespace {
 
 // A sampled scene with its integrator.
@@ -270,4 +270,4 @@ motion = { velocity = [0, 0, 0.5] }
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::sampled_motion_test

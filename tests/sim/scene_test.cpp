@@ -14,7 +14,7 @@
 #include "sim/view/scene_description.h"
 #include "tests/temporary_folder.h"
 
-namespace weft::sim {
+namespace weft::sim::scene_test {
 namespace {
 
 std::unique_ptr<const Scene> scene_of(const std::string& body, const std::string& more = "") {
@@ -251,4 +251,4 @@ TEST(Scene, SaysThatAnEquilibriumHasNoFriction) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::scene_test

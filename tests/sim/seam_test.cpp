@@ -10,7 +10,7 @@
 #include "tests/sim/joint_cases.h"
 #include "tests/temporary_folder.h"
 
-namespace weft::sim {
+namespace weft::sim::seam_test {
 namespace {
 
 // A sheet that hangs by two corners, and the same one cut in two along its middle column and sewn.
@@ -625,4 +625,4 @@ TEST(Seam, IsSavedWithTheState) {
   EXPECT_TRUE(std::ranges::equal(whole.state(), begun.state()));
 }
 
-}  // namespace weft::sim
+}  // namespace weft::sim::seam_test

@@ -7,7 +7,7 @@
 #include "sim/simulation/simulation.h"
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::shell_contact_test {
 namespace {
 
 // A body's surface in triangles: cloth and obstacles in their own, shells in those between 6 x 6
@@ -249,4 +249,4 @@ TEST(ShellContact, ThicknessCoversTheRestSurface) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::shell_contact_test

@@ -4,7 +4,7 @@
 
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::shell_drag_test {
 namespace {
 
 constexpr double air = 1.2, normal = 1.1, tangential = 0.06;  // density and coefficients
@@ -121,4 +121,4 @@ TEST(ShellDragInTime, LetsAPlateFallAtItsTerminalVelocity) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::shell_drag_test

@@ -9,7 +9,7 @@
 #include "shell_model.h"
 #include "sim/scene/patch_joints.h"
 
-namespace weft::sim {
+namespace weft::sim::shell_joint_test {
 namespace {
 
 TEST(PatchJoints, AreTheSharedBorders) {
@@ -273,4 +273,4 @@ TEST_P(ShellOfDegree, ClosedRingGivesWayWhenPinched) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::shell_joint_test

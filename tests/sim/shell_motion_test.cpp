@@ -12,7 +12,7 @@
 #include "simulated_case.h"
 #include "tests/dense_algebra.h"
 
-namespace weft::sim {
+namespace weft::sim::shell_motion_test {
 namespace {
 
 // A shell of a width of 1/5 and a thickness of 1/50 along x from 0 to 1, which bends as a beam
@@ -409,4 +409,4 @@ TEST(ShellMotion, HasTheSameBitsOnAnyNumberOfThreadsAndAfterRestoring) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::shell_motion_test

@@ -4,7 +4,7 @@
 #include "../reference_value.h"
 #include "shell_model.h"
 
-namespace weft::sim {
+namespace weft::sim::shell_test {
 namespace {
 
 constexpr const char* strip = "type = \"rectangle\", size = [10, 1], resolution = [4, ";
@@ -231,4 +231,4 @@ TEST_P(LoadedHemisphere, YieldsUnderTheFullLoad) {
 INSTANTIATE_TEST_SUITE_P(All, LoadedHemisphere, testing::Values(16));
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::shell_test

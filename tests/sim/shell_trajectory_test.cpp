@@ -8,7 +8,7 @@
 #include "simulated_case.h"
 #include "tests/sim/trajectory_fixture.h"
 
-namespace weft::sim {
+namespace weft::sim::shell_trajectory_test {
 namespace {
 
 const std::string tube = R"(
@@ -108,4 +108,4 @@ TEST_F(ShellTrajectory, RefusesImagesThatAreTooSmallForTheirDegree) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::shell_trajectory_test

@@ -11,7 +11,7 @@
 #include "tests/sim/simulated_case.h"
 #include "tests/temporary_folder.h"
 
-namespace weft::sim {
+namespace weft::sim::simulation_test {
 namespace {
 
 // A sheet falls on a ball and slides on it.
@@ -290,4 +290,4 @@ TEST(Simulation, FailsWithData) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::simulation_test

@@ -16,7 +16,7 @@
 #include "tests/sim/simulated_case.h"
 #include "tests/temporary_folder.h"
 
-namespace weft::sim {
+namespace weft::sim::sleep_test {
 namespace {
 
 // A sheet that flies towards another one, which is at rest, and meets it after 0.9 s.
@@ -537,4 +537,4 @@ TEST(SleepBesideCurves, ABodyInAGustStaysAwakeAndOneWithoutDragSleeps) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::sleep_test

@@ -4,7 +4,7 @@
 #include "tests/sim/channel_run.h"
 #include "tests/sim/joint_cases.h"
 
-namespace weft::sim {
+namespace weft::sim::sliding_support_test {
 namespace {
 
 // A square of cloth whose first edge is held along its normal and whose last edge is pulled along
@@ -208,4 +208,4 @@ force = { times = [0, 1], values = [[0, 0, 0], [0, 0, -20]] }
   EXPECT_NEAR(middle, sag, 1e-3 * std::abs(sag));
 }
 
-}  // namespace weft::sim
+}  // namespace weft::sim::sliding_support_test

@@ -7,7 +7,7 @@
 #include "sim/scene/spline_axis.h"
 #include "sim/scene/spline_surface.h"
 
-namespace weft::sim {
+namespace weft::sim::spline_test {
 namespace {
 
 using Vec3 = Eigen::Vector3d;
@@ -163,4 +163,4 @@ TEST(SplineSurface, ApproachesTheShapeWithOrderFour) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::spline_test

@@ -7,7 +7,7 @@
 #include "tests/sim/bad_case.h"
 #include "tests/sim/joint_cases.h"
 
-namespace weft::sim {
+namespace weft::sim::start_shape_test {
 namespace {
 
 // A plate of bending stiffness D = 1e-2 N m and 0.3 x 0.2 m.
@@ -131,4 +131,4 @@ TEST(StartShape, RefusesAnImageThatIsClosedOtherwise) {
   }
 }
 
-}  // namespace weft::sim
+}  // namespace weft::sim::start_shape_test

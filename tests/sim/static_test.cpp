@@ -4,7 +4,7 @@
 
 #include "simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::static_test {
 namespace {
 
 // A strip of length L hangs from its upper end. The weight below each edge between rows is known,
@@ -259,4 +259,4 @@ TEST(Static, DividesALoadInWhichPinsTurn) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::static_test

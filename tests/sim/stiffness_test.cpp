@@ -9,7 +9,7 @@
 #include "sim/motion/dynamics.h"
 #include "tests/dense_algebra.h"
 
-namespace weft::sim {
+namespace weft::sim::stiffness_test {
 namespace {
 
 TEST(BlockMatrix, HalfOfItIsAllOfIt) {
@@ -182,4 +182,4 @@ TEST(Stiffness, DampingThatIsJoinedToItActsAsByItself) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::stiffness_test

@@ -18,7 +18,7 @@
 #include "tests/sim/simulated_case.h"
 #include "tests/sim/trajectory_fixture.h"
 
-namespace weft::sim {
+namespace weft::sim::storage_test {
 namespace {
 
 template <class Number>
@@ -387,4 +387,4 @@ TEST_F(RecordedStorage, IsForetoldByWeftCheck) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::storage_test

@@ -9,7 +9,7 @@
 #include "tests/sim/bad_case.h"
 #include "tests/sim/joint_cases.h"
 
-namespace weft::sim {
+namespace weft::sim::strain_limit_test {
 namespace {
 
 // A soft sheet that hangs by two corners under ten times its weight: without a limit it would
@@ -259,4 +259,4 @@ TEST(StrainLimit, DoesNotDependOnThreads) {
   EXPECT_EQ(ends[0], ends[1]);
 }
 
-}  // namespace weft::sim
+}  // namespace weft::sim::strain_limit_test

@@ -9,7 +9,7 @@
 #include "tests/measured_fabrics.h"
 #include "tests/sim/channel_run.h"
 
-namespace weft::sim {
+namespace weft::sim::surface_tensors_test {
 namespace {
 
 const std::string stretched_sheet = R"(
@@ -473,4 +473,4 @@ edges = ["last_col"]
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::surface_tensors_test

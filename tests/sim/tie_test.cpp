@@ -5,7 +5,7 @@
 #include "tests/sim/bad_case.h"
 #include "tests/sim/joint_cases.h"
 
-namespace weft::sim {
+namespace weft::sim::tie_test {
 namespace {
 
 constexpr double gravity = 9.81;  // m/s^2
@@ -318,4 +318,4 @@ INSTANTIATE_TEST_SUITE_P(
             "12:1: unknown key \"stifness\" in [[tie]]\n  did you mean \"stiffness\"?")),
     bad_case_name);
 
-}  // namespace weft::sim
+}  // namespace weft::sim::tie_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace weft::sim {
+namespace weft::sim::time_curve_test {
 namespace {
 
 Varying<double> curve(std::vector<double> times, std::vector<double> values, Between between) {
@@ -222,4 +222,4 @@ TEST(Gust, WithoutIntensityIsConstant) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::time_curve_test

@@ -10,7 +10,7 @@
 #include "sim/run/make_simulation.h"
 #include "tests/sim/simulated_case.h"
 
-namespace weft::sim {
+namespace weft::sim::timed_pins_test {
 namespace {
 
 constexpr double gravity = 9.81;   // m/s^2
@@ -314,4 +314,4 @@ TEST(TimedPins, AreNoticedAfterTheEnd) {
             "pin never holds");
 }
 
-}  // namespace weft::sim
+}  // namespace weft::sim::timed_pins_test

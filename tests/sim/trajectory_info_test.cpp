@@ -9,7 +9,7 @@
 
 #include "tests/sim/trajectory_fixture.h"
 
-namespace weft::sim {
+namespace weft::sim::trajectory_info_test {
 namespace {
 
 class TrajectoryInfo : public TrajectoryFolder {
@@ -231,4 +231,4 @@ TEST_F(TrajectoryInfo, CountsCrossingsFrameByFrame) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::trajectory_info_test

@@ -24,7 +24,7 @@
 #include "tests/sim/simulated_case.h"
 #include "tests/sim/trajectory_fixture.h"
 
-namespace weft::sim {
+namespace weft::sim::trajectory_test {
 namespace {
 
 class Trajectory : public TrajectoryFolder {
@@ -596,4 +596,4 @@ TEST_F(Trajectory, HoldsEnergiesOfStepsOnRequest) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::trajectory_test

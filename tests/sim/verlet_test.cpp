@@ -7,7 +7,7 @@
 #include "simulated_case.h"
 #include "tests/dense_algebra.h"
 
-namespace weft::sim {
+namespace weft::sim::verlet_test {
 namespace {
 
 // The energy of verlet oscillates by an amount that grows with the square of the step, and steps
@@ -209,4 +209,4 @@ TEST(Verlet, EndsWhereItsStepsWouldBeTooShort) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::verlet_test

@@ -8,7 +8,7 @@
 #include "../reference_value.h"
 #include "mode_case.h"
 
-namespace weft::sim {
+namespace weft::sim::vibration_modes_test {
 namespace {
 
 using Kind = VibrationMode::Kind;
@@ -244,4 +244,4 @@ TEST(Modes, HaveTheSameBitsForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace weft::sim
+}  // namespace weft::sim::vibration_modes_test
