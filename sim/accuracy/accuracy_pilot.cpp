@@ -179,6 +179,12 @@ bool Pilot::is_dearer_than_verlet(const TimeCase& time) {
 // whole step and half of it therefore differ by 3/4 of the error with the whole step.
 bool Pilot::choose_verlet(const TimeCase& loose) {
   if (target_.method_given || target_.contact.enabled) return false;
+  // verlet takes no strain limit (cloth_checks.cpp).
+  if (std::ranges::any_of(target_.material, [](const MaterialCase& material) {
+        return material.strain_limit.has_value();
+      })) {
+    return false;
+  }
   say(formatted("pilot of time.accuracy: does verlet take less work than %s?",
                 traits_of(target_.time.method).name));
   if (!is_dearer_than_verlet(loose)) return false;

@@ -49,10 +49,10 @@ struct PilotReport {
 // both runs have, the motion is reported as chaotic and the accuracy as out of reach. The table's
 // tolerance then replaces the corrected tolerance.
 //
-// If the case names no method and has no contact, `verlet` may replace the choice. A whole run of
-// verlet, with nine tenths of the longest stable step, must take less work than the looser of the
-// two runs. Two verlet runs, with this step and half of it, must confirm the accuracy. Work is
-// counted, not timed, so the choice is the same on every machine.
+// If the case names no method and has neither contact nor a strain limit, `verlet` may replace the
+// choice. A whole run of verlet, with nine tenths of the longest stable step, must take less work
+// than the looser of the two runs. Two verlet runs, with this step and half of it, must confirm the
+// accuracy. Work is counted, not timed, so the choice is the same on every machine.
 //
 // The result is written to Case::time, Case::accuracy_choice and Case::resolved_text. The table's
 // tolerance is kept if the pilot finds no error or if no pair of runs succeeds; accuracy_choice

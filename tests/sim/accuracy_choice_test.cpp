@@ -176,6 +176,7 @@ corners = ["last_first", "last_last"]
   EXPECT_EQ(method_of("time.method=cvode"), TimeMethod::cvode);
   EXPECT_EQ(method_of("contact.enabled=true"), TimeMethod::cvode);
   EXPECT_EQ(method_of("material.cloth.stiffness_damping=1e-2"), TimeMethod::cvode);
+  EXPECT_EQ(method_of("material.cloth.strain_limit=0.5"), TimeMethod::cvode);
 }
 
 TEST(AccuracyChoice, KeepsTheMethodOfTheCase) {
