@@ -179,7 +179,8 @@ bool Pilot::is_dearer_than_verlet(const TimeCase& time) {
 // whole step and half of it therefore differ by 3/4 of the error with the whole step.
 bool Pilot::choose_verlet(const TimeCase& loose) {
   if (target_.method_given || target_.contact.enabled) return false;
-  // verlet takes no strain limit (cloth_checks.cpp).
+  // Near a strain limit the membrane is stiffer than at the start, where the steps of verlet are
+  // judged.
   if (std::ranges::any_of(target_.material, [](const MaterialCase& material) {
         return material.strain_limit.has_value();
       })) {

@@ -44,10 +44,6 @@ std::vector<BadCase> bad_cloth() {
       {"strain_limit_without_stiffness", cloth("strain_limit = 0.1\nmembrane_stiffness = 0\n"),
        R"(case.toml:2:16: a strain_limit of a membrane without stiffness
   expected membrane_stiffness > 0 in [material.cloth])"},
-      {"strain_limit_with_explicit_steps",
-       cloth("strain_limit = 0.1\n[time]\nmethod = \"verlet\"\n"),
-       R"(case.toml:2:16: a strain_limit with the explicit steps of verlet
-  expected an implicit time.method, such as "cvode")"},
       {"strain_limit_of_slack_curves",
        cloth("strain_limit = 0.1\n[material.cloth.orthotropic_membrane]\nwarp_curve = { strains = "
              "[0, 1], tensions = [0, 0] }\nweft_curve = { strains = [0, 1], tensions = [0, 0] }\n"
