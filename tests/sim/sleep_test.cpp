@@ -13,6 +13,7 @@
 #include "sim/simulation/rest_watch.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/view/scene_description.h"
+#include "tests/sim/joint_cases.h"
 #include "tests/sim/simulated_case.h"
 #include "tests/temporary_folder.h"
 
@@ -100,11 +101,6 @@ Simulation simulation_of(const std::string& text, const Overrides& overrides = {
 Overrides without_sleep(Overrides more) {
   more.emplace_back("time.sleep=false");
   return more;
-}
-
-void advance_to(Simulation& simulation, double time) {
-  if (const auto failure = simulation.advance(time - simulation.time()))
-    ADD_FAILURE() << failure->text;
 }
 
 int sleeping_bodies(const Simulation& simulation) {
