@@ -15,7 +15,7 @@ namespace weft::sim {
 // Checks that the kinetic and elastic energy E of the free particles does not exceed the energy put
 // in. E leaves out forces with Force::is_constraint(). `put_in` is the energy at the start plus the
 // work of gravity, of external forces and of prescribed motion (external_work.h), less the energy
-// that creases have dissipated. The test compares square roots: they are norms, so their errors add:
+// that creases have dissipated. The test compares square roots, which are norms. Their errors add:
 //   sqrt(E) <= sqrt(put_in + doubt + 0.05 most) + e,
 //   e = sqrt(3/2 M) velocity_tolerance + relative_tolerance sqrt(most).
 // M is the total mass, and `doubt` that of ExternalWork. `most` is the larger of two energies: the
