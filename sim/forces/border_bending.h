@@ -42,7 +42,8 @@ struct BorderTriangle {
   materials::YieldLaw yielding;
 };
 
-// Triangles of this kind, and what they need. Ghosts are nodes across edges that are no particles.
+// A list of such triangles, with their damping and ghosts. A ghost is a node across an edge that is
+// no particle.
 struct BorderTriangles {
   std::vector<BorderTriangle> triangles;
   VaryingNumbers damping_times;  // s
@@ -57,7 +58,7 @@ void join_folds(const Scene& scene, BorderTriangle& triangle, MovingPoints& ghos
 // Sets the laws of bending and of yielding. Must be called once all nodes across edges are known.
 void find_laws(const Scene& scene, const bsi::Mesh& mesh, BorderTriangle& triangle);
 
-// The force of these triangles; its energy has this name.
+// Returns the bending force of these triangles. Its energy is recorded under `name`.
 std::unique_ptr<Force> make_border_bending(std::string_view name, BorderTriangles triangles,
                                            const Scene& scene);
 

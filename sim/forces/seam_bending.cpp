@@ -8,7 +8,7 @@ namespace weft::sim {
 
 namespace {
 
-// Adds the triangles of a body at seams, but for those whose bending a clamp has taken over.
+// Adds the triangles of a body at seams, except those whose bending a clamp has taken over.
 void add_sewn_body(const Scene& scene, int b, BorderTriangles& all) {
   const std::vector<const SeamFold*> folds = seam_folds_of(scene, b);
   if (folds.empty()) return;

@@ -106,8 +106,8 @@ class StrainLimitForce final : public Force {
            materials::strain_limit_energy(triangles[1], triangle_nodes(x, 1));
   }
 
-  // Returns the first lane of the batch whose quad exceeds its limit, or -1. A position that is not
-  // finite does.
+  // Returns the first lane of the batch whose quad exceeds its limit, or -1. A quad with a position
+  // that is not finite exceeds it.
   WEFT_FLATTEN int lane_beyond_limit(int first, std::span<const Vec3> position) const {
     const LimitedTriangles& triangles = batches_[first / lane_count];
     const Corners x = quads_.gather(first, position);
