@@ -140,7 +140,7 @@ struct MaterialCase {
   std::optional<double> loss_frequency;     // Hz
   std::optional<double> strain_limit;       // largest principal strain, > 0; cloth only
   std::optional<double> yield_curvature;    // 1/m, > 0; cloth only
-  double hardening = 0.0;                   // stiffness after yielding over that before it, < 1
+  std::optional<double> hardening;          // stiffness after yielding over that before it, < 1
   Varying<double> normal_drag = 0.0;        // drag coefficient of air that moves across the surface
   Varying<double> tangential_drag = 0.0;    // drag coefficient of air that moves along the surface
 

@@ -294,6 +294,7 @@ Table describe(MaterialCase& target) {
           .only_for("model", {"cloth"}),
       field("hardening", &hardening, "", {0, 1, false, true},
             "Stiffness of bending that yields, as a fraction of bending_stiffness.")
+          .with_default("0 where bending yields")
           .only_for("model", {"cloth"}),
       field("normal_drag", &normal_drag, "", not_negative,
             "Drag coefficient of air that moves across the surface."),

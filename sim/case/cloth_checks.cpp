@@ -64,7 +64,7 @@ class ClothChecker {
            "a yield_curvature of a material that does not resist bending",
            "expected bending_stiffness > 0 in " + heading(path));
     }
-    if (locations_.given(join_path(path, "hardening")) && !material.yield_curvature) {
+    if (material.hardening && !material.yield_curvature) {
       fail(join_path(path, "hardening"), "hardening of a material that does not yield",
            "expected yield_curvature with it");
     }

@@ -10,7 +10,7 @@ materials::YieldLaw yield_law_of(const materials::Nodes3& rest, const MaterialCa
   if (!material.yields()) return {};
   const double area = 0.5 * (rest.col(1) - rest.col(0)).cross(rest.col(2) - rest.col(0)).norm();
   return materials::make_yield_law(area, material.bending_stiffness, *material.yield_curvature,
-                                   material.hardening);
+                                   material.hardening.value_or(0));
 }
 
 bool has_yielding_bodies(const Scene& scene) {

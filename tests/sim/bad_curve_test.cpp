@@ -121,7 +121,7 @@ std::vector<BadCase> bad_curves() {
        "times = [0, 1], values = [0, 1] }\n" +
            sheet,
        R"(case.toml:2:17: order 4 is wrong without damping
-  expected mass_damping or stiffness_damping > 0 in [material.cloth], or maximum_order = 2)"},
+  expected mass_damping, stiffness_damping or loss_factor > 0 in [material.cloth], or maximum_order = 2)"},
       {"set_below_a_constant",
        world("wind = [1, 0, 0]"),
        R"(--set world.wind.values=[[1,0,0]]: "wind" is an array in the case

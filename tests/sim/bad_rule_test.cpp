@@ -230,7 +230,7 @@ shape = { type = "file", path = "none.h5", dataset = "x" }
       {"static_without_support",
        sheet,
        R"(case.toml:2:8: nothing holds body "sheet": under gravity it has no equilibrium (time.method = "static")
-  expected a pin, a tie, or an obstacle or a pinned body that it can rest on, with contact)",
+  expected a pin, a tie, a seam, or an obstacle or a pinned body that it can rest on, with contact)",
        {"time.method=static"}},
       {"static_without_contact",
        sheet + R"([[obstacle]]
@@ -239,7 +239,7 @@ position = [0, 0, -1]
 shape = { type = "rectangle", size = [9, 9], resolution = [3, 3] }
 )",
        R"(case.toml:2:8: nothing holds body "sheet": under gravity it has no equilibrium (time.method = "static")
-  expected a pin, a tie, or an obstacle or a pinned body that it can rest on, with contact)",
+  expected a pin, a tie, a seam, or an obstacle or a pinned body that it can rest on, with contact)",
        {"time.method=static", "contact.enabled=false"}},
       // Pins; the sheet has 5 rows and 9 columns.
       {"pin_of_nothing", sheet + R"([[body.pin]]
@@ -444,7 +444,7 @@ mass_damping = 1
            R"(material = "silk"
 )",
        R"(case.toml:2:17: order 5 is wrong without damping
-  expected mass_damping or stiffness_damping > 0 in [material.silk], or maximum_order = 2)"},
+  expected mass_damping, stiffness_damping or loss_factor > 0 in [material.silk], or maximum_order = 2)"},
       // Overrides are refused at the override, without a line number.
       {"set_without_value",
        R"([material.cotton]

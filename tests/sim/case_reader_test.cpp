@@ -322,7 +322,7 @@ TEST(CaseSchema, CoversEveryKey) {
     EXPECT_FALSE(field.meaning.empty());
   });
   const std::map<std::string, int> expected{
-      {"", 13},
+      {"", 14},
       {"time", 14},
       {"static", 7},
       {"world", 3},
@@ -331,7 +331,7 @@ TEST(CaseSchema, CoversEveryKey) {
       {"output.part[0]", 4},
       {"compute", 4},
       {"include[0]", 1},
-      {"material[0]", 22},
+      {"material[0]", 27},
       {"material[0].orthotropic_membrane", 7},
       {"material[0].orthotropic_membrane.warp_curve", 2},
       {"material[0].orthotropic_membrane.weft_curve", 2},
@@ -350,6 +350,7 @@ TEST(CaseSchema, CoversEveryKey) {
       {"obstacle[0].motion", 6},
       {"obstacle[0].motion.keyframes[0]", 3},
       {"tie[0]", 11},
+      {"seam[0]", 12},
       {"load[0]", 13},
   };
   EXPECT_EQ(keys, expected);

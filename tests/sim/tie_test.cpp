@@ -309,7 +309,8 @@ INSTANTIATE_TEST_SUITE_P(
             {"time.method=\"static\"", "world.gravity=[0,0,0]"}),
         bad("that_nothing_holds", "body = \"sheet\"\nto = \"other\"\nedges = [\"first_row\"]\n",
             "2:8: nothing holds body \"sheet\": under gravity it has no equilibrium (time.method = "
-            "\"static\")\n  expected a pin, a tie, or an obstacle or a pinned body that it can "
+            "\"static\")\n  expected a pin, a tie, a seam, or an obstacle or a pinned body that it "
+            "can "
             "rest "
             "on, with contact",
             {"time.method=\"static\""}),
