@@ -364,7 +364,7 @@ shape = { type = "rectangle", size = [1, 1], resolution = [4, 6] }
 
 const std::string everything =
     R"(channels = ["velocity", "membrane_strain", "membrane_stress",
-  "bending_curvature", "bending_moment", "crease_curvature", "contact_force", "friction_force", "reactions",
+  "bending_curvature", "bending_moment", "contact_force", "friction_force", "reactions",
   "body_energy", "largest_stretch_place"]
 )";
 
@@ -471,7 +471,7 @@ TEST_P(BadChannel, IsRefusedWithItsPlaceAndAHint) { expect_refused(GetParam()); 
 const std::string names =
     "\"velocity\", \"membrane_strain\", "
     "\"membrane_stress\", \"bending_curvature\", "
-    "\"bending_moment\", \"contact_force\", "
+    "\"bending_moment\", \"crease_curvature\", \"contact_force\", "
     "\"friction_force\", \"reactions\", \"body_energy\", "
     "\"largest_stretch_place\"";
 
