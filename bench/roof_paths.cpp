@@ -47,11 +47,19 @@ double RoofPath::first_limit() const {
 }
 
 double RoofPath::distance(double at_deflection, double at_factor) const {
-  const Eigen::Vector2d point(at_deflection / 100, at_factor);
+  const auto range = [](const std::vector<double>& values) {
+    const auto [least, most] = std::ranges::minmax(values);
+    return most - least;
+  };
+  const Eigen::Array2d ranges(range(deflection), range(factor));
+  const auto scaled = [&](double by_deflection, double by_factor) {
+    return Eigen::Vector2d(Eigen::Array2d(by_deflection, by_factor) / ranges);
+  };
+  const Eigen::Vector2d point = scaled(at_deflection, at_factor);
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i < factor.size(); ++i) {
-    const Eigen::Vector2d a(deflection[i - 1] / 100, factor[i - 1]);
-    const Eigen::Vector2d b(deflection[i] / 100, factor[i]);
+    const Eigen::Vector2d a = scaled(deflection[i - 1], factor[i - 1]);
+    const Eigen::Vector2d b = scaled(deflection[i], factor[i]);
     const double s = std::clamp((point - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
     nearest = std::min(nearest, (a + s * (b - a) - point).norm());
   }

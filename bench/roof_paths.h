@@ -13,8 +13,9 @@ struct RoofPath {
 
   // Returns the largest load factor before the path first falls; 0 if it has no such point.
   double first_limit() const;
-  // Returns the distance (of load factors) of a point from the nearest one on the path, whose
-  // points are joined by straight lines; 100 mm count as one load factor.
+  // Returns the distance of a point from the nearest one on the path, whose points are joined by
+  // straight lines. Deflections and load factors are measured in their ranges on the path: the
+  // largest less the smallest.
   double distance(double at_deflection, double at_factor) const;
 };
 
@@ -26,7 +27,7 @@ RoofPath follow_by_arc_length(const sim::Case& source);
 // those of the reaction at the centre. Throws std::runtime_error if that fails.
 RoofPath follow_by_displacement(const sim::Case& source);
 
-// Returns the largest distance of the points of a path from another.
+// Returns the largest distance of the points of a path from another, in ranges of the latter.
 double largest_distance(const RoofPath& points, const RoofPath& path);
 
 }  // namespace weft::bench

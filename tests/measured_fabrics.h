@@ -76,4 +76,61 @@ inline std::array<double, 3> published_tension(const MeasuredFabric& fabric, dou
   return {c[0] * e11 + c[1] * e22, c[1] * e11 + c[2] * e22, c[3] * e12};
 }
 
+// The work per rest area (N/m) of a fabric at the Green strain E_11, E_22, E_12, as
+// docs/theory.md, "Woven triangles", defines it: a second evaluation of the law, which shares
+// nothing with materials/measured_stretch.h.
+inline double tabulated_work(const MeasuredFabric& fabric, double e11, double e22, double e12) {
+  using std::numbers::pi;
+  const auto rows = clamped_coefficients(fabric);
+  const double mean = 0.5 * (e11 + e22), half = 0.5 * (e11 - e22), radius = std::hypot(half, e12);
+  const double major = mean + radius, minor = mean - radius;
+  const double phi = 0.5 * std::atan2(e12, half);
+  const bool both = minor > 0;
+  const double q = both ? radius / mean : 1;
+  const double part = (15 * q - 10 * std::pow(q, 3) + 3 * std::pow(q, 5)) / 8;
+  // Cosine series through the five angles (a discrete cosine transform), times r^j.
+  const auto stretched = [&](std::size_t k) {
+    double sum = 0;
+    for (int j = 0; j <= 4; ++j) {
+      double amplitude = 0;
+      for (int i = 0; i <= 4; ++i) {
+        const double end = i == 0 || i == 4 ? 0.5 : 1;
+        amplitude += end * rows[static_cast<std::size_t>(1 + i)][k] * std::cos(pi * i * j / 4);
+      }
+      amplitude *= (j == 0 || j == 4 ? 0.5 : 1) / 2.0;
+      sum += amplitude * std::pow(part, j) * std::cos(2 * j * phi);
+    }
+    return sum;
+  };
+  double measure = major;
+  if (both) {
+    measure += (major + minor) *
+               (15 * q * q - 10 * std::pow(q, 4) + 3 * std::pow(q, 6) - 8 * q) / 16;
+  }
+  // h = int 2 t s(t) dt by the trapezoidal rule, in t^2.
+  double h = 0;
+  constexpr int parts = 20000;
+  for (int i = 0; i < parts; ++i) {
+    const double t = std::sqrt((i + 0.5) / parts);
+    h += std::clamp(6 * (std::sqrt(std::max(1 + 2 * t * measure, 0.0)) - 1), 0.0, 1.0) / parts;
+  }
+  // The strain with a limited contraction, in the axes of warp and weft.
+  double limited = minor;
+  if (major > 0 && minor < -major) {
+    const double y = -(1 + minor / major) / 2;
+    limited = -major * (1 + 2 * y / std::sqrt(1 + y * y));
+  }
+  const double c = std::cos(phi), s = std::sin(phi);
+  const std::array<double, 3> whole{e11, e22, e12},
+      less{c * c * major + s * s * limited, s * s * major + c * c * limited,
+           c * s * (major - limited)};
+  const auto form = [](const std::array<double, 4>& m, const std::array<double, 3>& e) {
+    return m[0] * e[0] * e[0] + 2 * m[1] * e[0] * e[1] + m[2] * e[1] * e[1] +
+           2 * m[3] * e[2] * e[2];
+  };
+  std::array<double, 4> change{};
+  for (std::size_t k = 0; k < 4; ++k) change[k] = stretched(k) - rows[0][k];
+  return 0.5 * (form(rows[0], whole) + h * form(change, less));
+}
+
 }  // namespace weft

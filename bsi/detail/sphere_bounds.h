@@ -19,9 +19,6 @@ inline constexpr float box_rounding = 2 * centre_rounding;
 // Length (m) added to every radius for underflow, far below any physical length. Squares of lengths
 // below 1.1e-19 m underflow: they lose bits or are flushed to zero.
 inline constexpr float radius_floor = 1e-18F;
-// Ratio of two computed float32 distances beyond which the larger one certainly belongs to the
-// farther vertex. It covers the 3.5 u of both lengths (see round_up), a sum and a product.
-inline constexpr float prune_factor = 1 + 0x1p-20F;
 // Two spheres count as touching if the computed distance of their centres is at most this factor
 // times the sum of their radii (squares are compared). The squared distance is accurate to 5 u of
 // itself (see round_up), and the sum of two radii and a margin is accurate to 3 u of itself.

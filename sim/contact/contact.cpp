@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sim/base/parallel.h"
+#include "sim/scene/spline_sampling.h"
 
 namespace weft::sim {
 
@@ -21,7 +22,18 @@ struct OwnParticles {
 }  // namespace
 
 Contact::Contact(const Scene& scene, Statistics& statistics, ChosenSearch search)
-    : scene_(scene), surface_(scene, statistics, std::move(search)) {}
+    : scene_(scene), surface_(scene, statistics, std::move(search)) {
+  held_deviation_.assign(scene.bodies.size(), 0.0);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const SceneBody& body = scene.bodies[b];
+    if (!body.sampled || !body.spline) continue;
+    curved_bodies_.push_back(static_cast<int>(b));
+    if (body.dynamic) continue;
+    held_deviation_[b] = deviation_from_samples(
+        body.atlas, *body.spline,
+        std::span(scene.initial_position).subspan(body.first_particle, body.particle_count()));
+  }
+}
 
 // Calls use(map) with the scene's map. If the points are the particles, `map` is OwnParticles
 // instead.
@@ -81,6 +93,36 @@ PointStray Contact::on_surface(const PathStray& stray) {
     }
   }
   return {body_stray_, point_stray_};
+}
+
+// Returns how far curved surfaces leave their triangles on the straight paths start -> end. Second
+// derivatives are linear functions of the control points, so the bound of a surface on the way is no
+// larger than at one of the ends.
+CurveStray Contact::curve_of(std::span<const Vec3> start, std::span<const Vec3> end,
+                             double covered) {
+  if (curved_bodies_.empty()) return {};
+  body_curve_.assign(scene_.bodies.size(), 0.0);
+  point_curve_.assign(scene_.dynamic_points, 0.0);
+  bool is_covered = true;
+  for (const int b : curved_bodies_) {
+    const SceneBody& body = scene_.bodies[b];
+    const double by_thickness = covered * body.thickness;
+    body_curve_[b] = std::max(held_deviation_[b] - by_thickness, 0.0);
+    if (body.dynamic) {
+      const auto points = std::span(point_curve_).subspan(body.first_point, body.point_count());
+      for (const auto& x : {start, end}) {
+        raise_to_deviations(body.atlas, *body.spline, body.sampled->atlas,
+                            x.subspan(body.first_particle, body.particle_count()), points);
+      }
+      for (double& each : points) {
+        each = std::max(each - by_thickness, 0.0);
+        body_curve_[b] = std::max(body_curve_[b], each);
+      }
+    }
+    is_covered &= body_curve_[b] == 0;
+  }
+  if (is_covered) return {};
+  return {{body_curve_, point_curve_}, covered};
 }
 
 // In a fault of kind not_finite, replaces the surface point by the particle that causes it.
@@ -301,13 +343,16 @@ std::optional<ContactFault> Contact::check_path(const PlacedParticles& start,
                                                 const PlacedParticles& end,
                                                 const PathStray& stray) {
   const PlacedPoints from = on_surface(start, start_), to = on_surface(end, end_);
-  return on_particles(surface_.check_path(from, to, on_surface(stray)), end.position);
+  // Half the mean of two thicknesses keeps features apart on their paths: a quarter of either.
+  const CurveStray curve = curve_of(start.position, end.position, 0.25);
+  return on_particles(surface_.check_path(from, to, on_surface(stray), curve), end.position);
 }
 
 std::optional<ContactFault> Contact::check_crossing(const PlacedParticles& start,
                                                     const PlacedParticles& end) {
   const PlacedPoints from = on_surface(start, start_), to = on_surface(end, end_);
-  return on_particles(surface_.check_crossing(from, to), end.position);
+  const CurveStray curve = curve_of(start.position, end.position, 0);
+  return on_particles(surface_.check_crossing(from, to, curve), end.position);
 }
 
 std::optional<ContactFault> Contact::check_state(std::span<const Vec3> position,

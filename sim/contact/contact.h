@@ -122,7 +122,9 @@ class Contact {
 
   // Returns a fault unless every pair of features that ContactSearch covers provably stays apart
   // and ends with a positive gap. The proof covers the straight paths start -> end and all paths
-  // that deviate from them by at most `stray`.
+  // that deviate from them by at most `stray`. The curved surfaces of shells, too, provably stay
+  // apart on the straight paths: features keep a distance no smaller than the distances by which
+  // the surfaces may leave their triangles at the start or the end (raise_to_deviations()).
   [[nodiscard]] std::optional<ContactFault> check_path(const PlacedParticles& start,
                                                        const PlacedParticles& end,
                                                        const PathStray& stray = {});
@@ -172,6 +174,7 @@ class Contact {
   PlacedPoints on_surface(const PlacedParticles& now, Points& points) const;
   void map_bodies(bool obstacles_too, std::span<const Vec3> from, std::vector<Vec3>& to) const;
   PointStray on_surface(const PathStray& stray);
+  CurveStray curve_of(std::span<const Vec3> start, std::span<const Vec3> end, double covered);
   std::optional<ContactFault> on_particles(std::optional<ContactFault> fault,
                                            std::span<const Vec3> position) const;
   template <class Use>
@@ -192,6 +195,10 @@ class Contact {
   SurfaceContact surface_;
   Points now_, start_, end_;  // now_: at evaluations; start_, end_: at the ends of a path
   std::vector<double> body_stray_, point_stray_;  // m, by body and by dynamic point
+  std::vector<int> curved_bodies_;                // indices of the shells
+  // m, by body: bound of the distance of a shell that is not dynamic from its triangles
+  std::vector<double> held_deviation_;
+  std::vector<double> body_curve_, point_curve_;  // m, by body and by dynamic point
 };
 
 template <class Visit>

@@ -66,6 +66,13 @@ std::string ContactFault::describe(const Scene& scene) const {
     case Kind::touching:
       return "no gap is left between the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
              " (gap " + rounded_text(gap) + " m)";
+    case Kind::curved:
+      return "the curved surfaces at " + name(nodes[0]) + " and " + name(nodes[3]) +
+             " may pass through each other: between the points on which contact acts they may leave "
+             "their triangles by " +
+             rounded_text(gap) +
+             " m, and these are not kept farther apart (a finer image, or a larger thickness of the "
+             "body, covers more)";
     case Kind::in_reach:
       return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
              " are within reach of each other (gap " + rounded_text(gap) + " m)";
@@ -402,19 +409,27 @@ double SurfaceContact::mollify(const Pair& pair, const bsi::Closest& closest,
 
 std::optional<ContactFault> SurfaceContact::check_path(const PlacedPoints& start,
                                                        const PlacedPoints& end,
-                                                       const PointStray& stray) {
-  return find_path_fault(start, end, {.gap = true, .stray = stray});
+                                                       const PointStray& stray,
+                                                       const CurveStray& curve) {
+  return find_path_fault(start, end, {.gap = true, .stray = stray, .curve = curve});
 }
 
 std::optional<ContactFault> SurfaceContact::check_crossing(const PlacedPoints& start,
-                                                           const PlacedPoints& end) {
-  return find_path_fault(start, end, {.gap = false, .stray = {}});
+                                                           const PlacedPoints& end,
+                                                           const CurveStray& curve) {
+  return find_path_fault(start, end, {.gap = false, .stray = {}, .curve = curve});
 }
 
 std::optional<ContactFault> SurfaceContact::find_path_fault(const PlacedPoints& start,
                                                             const PlacedPoints& end,
                                                             const PathDemand& demand) {
-  if (const auto bad = search_.update_path(start, end, demand.stray.body)) {
+  std::span<const double> reach = demand.stray.body;
+  if (!demand.curve.body.empty()) {
+    body_reach_.assign(demand.curve.body.begin(), demand.curve.body.end());
+    for (std::size_t b = 0; b < reach.size(); ++b) body_reach_[b] += reach[b];
+    reach = body_reach_;
+  }
+  if (const auto bad = search_.update_path(start, end, reach)) {
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   }
   PhaseTimer timer(statistics_.phases.narrow_phase);
@@ -449,8 +464,9 @@ std::optional<ContactFault> SurfaceContact::check_part(const PairGroup& group, s
   // The cheap test uses the largest strays of both bodies. The stray of a single pair may be
   // smaller.
   double largest = half;
-  if (!stray.body.empty())
-    largest += demand.stray.body[group.body_a] + demand.stray.body[group.body_b];
+  for (const std::span<const double> by_body : {stray.body, demand.curve.body}) {
+    if (!by_body.empty()) largest += by_body[group.body_a] + by_body[group.body_b];
+  }
   std::vector<int> unproved;
   bsi::find_unproved_paths(group.kind(), start, end,
                            std::span(group.nodes).subspan(first, last - first), largest,
@@ -464,14 +480,21 @@ std::optional<ContactFault> SurfaceContact::check_part(const PairGroup& group, s
     }
     double separation = half;
     if (!stray.body.empty()) separation += stray_of(pair, stray);
+    const double curve = demand.curve.body.empty() ? 0 : stray_of(pair, demand.curve);
     bsi::FourPoints from, to;
     for (int k = 0; k < 4; ++k) {
       from[k] = start[pair.nodes[k]];
       to[k] = end[pair.nodes[k]];
     }
-    const double safe = pair.edges ? bsi::safe_fraction_edge_edge(from, to, separation)
-                                   : bsi::safe_fraction_vertex_triangle(from, to, separation);
-    if (safe < 1) return ContactFault{ContactFault::Kind::crossing, pair.nodes, gap};
+    const auto is_safe = [&](double apart) {
+      return (pair.edges ? bsi::safe_fraction_edge_edge(from, to, apart)
+                         : bsi::safe_fraction_vertex_triangle(from, to, apart)) >= 1;
+    };
+    if (is_safe(separation + curve)) continue;
+    if (curve == 0 || !is_safe(separation))
+      return ContactFault{ContactFault::Kind::crossing, pair.nodes, gap};
+    const double left_by = curve + 2 * demand.curve.covered * group.thickness;
+    return ContactFault{ContactFault::Kind::curved, pair.nodes, left_by};
   }
   return std::nullopt;
 }

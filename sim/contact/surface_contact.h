@@ -20,13 +20,15 @@ namespace weft::sim {
 
 // The reason why a state or a step is rejected.
 struct ContactFault {
-  enum class Kind { not_finite, touching, crossing, in_reach, overstretched };
+  enum class Kind { not_finite, touching, crossing, curved, in_reach, overstretched };
   Kind kind = Kind::touching;
   // The surface points of the pair. In a fault of kind not_finite, only the first entry is used. It
   // is a point in results of SurfaceContact, and a particle in results of Contact. In a fault of
   // kind overstretched, which only Dynamics finds, the first entry is a particle.
   std::array<int, 4> nodes{-1, -1, -1, -1};
-  double gap = 0;  // m
+  // m. In a fault of kind curved, the distance by which both curved surfaces may leave the triangles
+  // of the pair.
+  double gap = 0;
   std::string describe(const Scene& scene) const;
   // Returns a particle at which the fault occurred. It is the particle with the largest weight in
   // the first point. For the kind not_finite, it is nodes[0].
@@ -38,6 +40,13 @@ struct ContactFault {
 // paths are straight.
 struct PointStray {
   std::span<const double> body, point;
+};
+
+// Upper bounds (m) of the distances between curved surfaces and their triangles along a path, as
+// far as the thickness does not cover them: `body` and `point` as those of PointStray. `covered` is
+// the covered part as a fraction of a body's thickness. The lists are empty if nothing is left.
+struct CurveStray : PointStray {
+  double covered = 0;
 };
 
 // Forces (N) from the slope of the mollifier on the four points of two nearly parallel edges.
@@ -88,14 +97,17 @@ class SurfaceContact {
 
   // Returns a fault unless every pair of features that ContactSearch covers provably stays apart
   // and ends with a positive gap. The proof covers the straight paths start -> end and all paths
-  // that deviate from them by at most `stray`.
+  // that deviate from them by at most `stray`. Features keep at least half their thickness, plus
+  // `stray`, plus `curve`: curved surfaces that leave them by no more stay apart, too.
   [[nodiscard]] std::optional<ContactFault> check_path(const PlacedPoints& start,
                                                        const PlacedPoints& end,
-                                                       const PointStray& stray);
+                                                       const PointStray& stray,
+                                                       const CurveStray& curve = {});
   // Checks the first part, start -> end, of the straight path of a step. Returns a fault if
   // surfaces may meet on it. Unlike check_path(), it does not require a gap.
   [[nodiscard]] std::optional<ContactFault> check_crossing(const PlacedPoints& start,
-                                                           const PlacedPoints& end);
+                                                           const PlacedPoints& end,
+                                                           const CurveStray& curve = {});
   // Sets *smallest_gap to the smallest gap (m) of the candidates at `position`, or to infinity if
   // there are no candidates. The candidates include all pairs within the range. Returns a fault if
   // a gap is not positive, or if a position is not finite.
@@ -172,6 +184,7 @@ class SurfaceContact {
     // end.
     bool gap = true;
     PointStray stray;
+    CurveStray curve;
   };
   std::optional<ContactFault> find_path_fault(const PlacedPoints& start, const PlacedPoints& end,
                                               const PathDemand& demand);
@@ -186,6 +199,7 @@ class SurfaceContact {
   bool definite_ = false;
   std::vector<Vec3> rest_;                   // rest positions of all points, m
   std::vector<bsi::SurfaceTerms> surfaces_;  // by body
+  std::vector<double> body_reach_;           // m, by body: strays of a path and of curved surfaces
   std::vector<int> moving_obstacles_;        // indices of bodies that move and are not dynamic
   PlacedMarks marks_;
   std::vector<Vec3> spins_;  // angular velocities, rad/s, by body; zero except for moving obstacles

@@ -200,7 +200,8 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     for (const bool careful : {false, true}) {
       std::ranges::copy(scratch_, y.begin());
       if (search(end, careful, y) != End::converged) continue;
-      earlier_.clear();
+      // The next equilibrium is not extrapolated across the jump to this one.
+      known_.clear();
       return true;
     }
     return false;

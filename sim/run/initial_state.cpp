@@ -1,13 +1,14 @@
 #include "sim/run/initial_state.h"
 
 #include <algorithm>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
 #include "sim/contact/contact.h"
-#include "sim/forces/force.h"
+#include "sim/forces/force_arrays.h"
 #include "sim/view/crossings.h"
 
 namespace weft::sim {
@@ -91,6 +92,12 @@ void refuse_missing_gaps(const Scene& scene) {
                         ? "make thickness smaller, or the edges of the mesh longer"
                         : "move the bodies apart, or make thickness smaller");
   }
+  const auto curved = contact.check_path(scene.initial_position, scene.initial_position);
+  if (curved && curved->kind == ContactFault::Kind::curved) {
+    throw CaseError({scene.source.path, 0, 0},
+                    "the initial state cannot be simulated: " + curved->describe(scene),
+                    "expected bodies farther apart, or a shell that its image resolves better");
+  }
   if (const auto pair = contact.self_pair_in_reach(scene.initial_position)) {
     throw CaseError(
         {scene.source.path, 0, 0},
@@ -104,15 +111,14 @@ void refuse_missing_gaps(const Scene& scene) {
 void refuse_strain(const Scene& scene) {
   const auto start =
       std::span(scene.initial_position).first(static_cast<std::size_t>(scene.dynamic_particles));
-  for (const auto& force : make_forces(scene)) {
-    const int particle = force->find_beyond_limit(start);
-    if (particle < 0) continue;
-    const int body = scene.case_index(scene.body_index_of_particle(particle));
-    throw CaseError(scene.source.body[body].location,
-                    "at the start the membrane exceeds its strain_limit at " +
-                        scene.describe_particle(particle),
-                    "expected a larger strain_limit, or a start that is stretched less");
-  }
+  const std::unique_ptr<Force> limit = make_strain_limit_force(scene);
+  const int particle = limit ? limit->find_beyond_limit(start) : -1;
+  if (particle < 0) return;
+  const int body = scene.case_index(scene.body_index_of_particle(particle));
+  throw CaseError(scene.source.body[body].location,
+                  "at the start the membrane exceeds its strain_limit at " +
+                      scene.describe_particle(particle),
+                  "expected a larger strain_limit, or a start that is stretched less");
 }
 
 }  // namespace

@@ -37,7 +37,8 @@ void refuse_flat_triangles(const SceneBody& body, const SourceLocation& where) {
     throw CaseError(where, "the rest shape of \"" + body.name +
                                "\" has a triangle without area at patch " +
                                std::to_string(at.patch) + ", row " + std::to_string(at.row) +
-                               ", column " + std::to_string(at.col));
+                               ", column " + std::to_string(at.col),
+                    "expected vertices that do not coincide or lie on one line");
   }
 }
 
@@ -97,8 +98,8 @@ const MaterialCase* find_material(const Case& source, const std::string& name) {
   return found == source.material.end() ? nullptr : &*found;
 }
 
-std::vector<double> particle_masses(const SceneBody& body, const BodyCase& from) {
-  if (body.spline) return shell_masses(body, from);
+std::vector<double> particle_masses(const SceneBody& body) {
+  if (body.spline) return shell_masses(body);
   std::vector<double> mass = areas_around(body.mesh, body.rest);
   for (double& each : mass) each *= body.material->density;
   return mass;
@@ -120,6 +121,7 @@ void add_dynamic_body(Scene& scene, const BodyCase& from) {
     make_spline(body, from);
     start = control_points_of(body, from, start);
     body.rest = control_points_of(body, from, body.rest);
+    require_regular_rest(body, from);
     if (scene.source.contact.enabled) sample_shell(body);
   }
   append_positions(scene, start, from.stretch, from.position, from.rotation_deg);
@@ -127,7 +129,7 @@ void add_dynamic_body(Scene& scene, const BodyCase& from) {
   body.velocity = from.velocity;
   body.spin = from.angular_velocity_deg * (std::acos(-1.0) / 180);
   body.centre = mean_of(std::span<const Vec3>(scene.initial_position).last(count));
-  std::ranges::copy(particle_masses(body, from), std::back_inserter(scene.mass));
+  std::ranges::copy(particle_masses(body), std::back_inserter(scene.mass));
   scene.pinned.resize(scene.mass.size(), 0);
   scene.particle_count += count;
   scene.bodies.push_back(std::move(body));

@@ -1,6 +1,7 @@
 #include "sim/scene/shell_body.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -29,12 +30,38 @@ void require_control_points(const SceneBody& body, const BodyCase& from) {
 // Number of Gauss points per element along each axis, for masses.
 constexpr int mass_points = 4;
 
-// Returns the area (m^2) per parameter area at a point of the rest surface. The result is 0 if the
-// tangents are parallel up to rounding.
-double area_factor(const SceneBody& body, const SplineSurface::Point& point) {
+// Returns the vector area (m^2) per parameter area at a point of the rest surface. The result is 0
+// if the tangents are parallel up to rounding.
+Vec3 area_vector(const SceneBody& body, const SplineSurface::Point& point) {
   const Vec3 tangent_u = point.tangent_u(body.rest), tangent_v = point.tangent_v(body.rest);
-  const double area = tangent_u.cross(tangent_v).norm();
-  return area > 1e-10 * (tangent_u.squaredNorm() + tangent_v.squaredNorm()) ? area : 0;
+  const Vec3 area = tangent_u.cross(tangent_v);
+  const double least = 1e-10 * (tangent_u.squaredNorm() + tangent_v.squaredNorm());
+  return area.norm() > least ? area : Vec3::Zero();
+}
+
+// Returns the index of the image's point nearest to a parameter of an axis.
+int nearest_image_point(const SplineAxis& axis, double parameter) {
+  int nearest = 0;
+  for (int i = 1; i < axis.control_points(); ++i) {
+    if (std::abs(axis.image_parameter(i) - parameter) <
+        std::abs(axis.image_parameter(nearest) - parameter))
+      nearest = i;
+  }
+  return nearest;
+}
+
+[[noreturn]] void refuse_rest(const SceneBody& body, const BodyCase& from,
+                              const SplineSurface::Place& place) {
+  const auto& [u, v] = body.spline->patches()[place.patch];
+  std::string where = " near row " + std::to_string(nearest_image_point(v, place.v)) +
+                      ", column " + std::to_string(nearest_image_point(u, place.u)) +
+                      " of the image";
+  if (body.spline->patches().size() > 1) where += " of patch " + std::to_string(place.patch);
+  throw CaseError(from.shape.location,
+                  "the rest surface of \"" + body.name +
+                      "\" has no area or folds back on itself" + where,
+                  "expected points that do not coincide, and a surface that turns by less than 90 "
+                  "degrees from each point of the image to the next");
 }
 
 }  // namespace
@@ -71,23 +98,38 @@ void visit_shell_mass(const SceneBody& body, const MassVisit& visit) {
         const QuadraturePoint& at_v = along_v[first_v + i / mass_points];
         const SplineSurface::Place place{static_cast<int>(p), at_u.parameter, at_v.parameter};
         const SplineSurface::Point point = body.spline->at(body.atlas, place);
-        visit(place, point, density * at_u.weight * at_v.weight * area_factor(body, point));
+        visit(place, point, density * at_u.weight * at_v.weight * area_vector(body, point).norm());
       }
     }
   }
 }
 
-std::vector<double> shell_masses(const SceneBody& body, const BodyCase& from) {
+void require_regular_rest(const SceneBody& body, const BodyCase& from) {
+  for (int p = 0; p < std::ssize(body.spline->patches()); ++p) {
+    const auto& [u, v] = body.spline->patches()[p];
+    const std::vector<QuadraturePoint> along_u = u.gauss_points(mass_points),
+                                       along_v = v.gauss_points(mass_points);
+    // The vector areas at the points of the row before and, so far, of this row.
+    std::vector<Vec3> before, now;
+    for (const QuadraturePoint& at_v : along_v) {
+      now.clear();
+      for (std::size_t i = 0; i < along_u.size(); ++i) {
+        const SplineSurface::Place place{p, along_u[i].parameter, at_v.parameter};
+        const Vec3 area = area_vector(body, body.spline->at(body.atlas, place));
+        const bool turns = (i > 0 && area.dot(now.back()) <= 0) ||
+                           (!before.empty() && area.dot(before[i]) <= 0);
+        if (turns || area.isZero(0)) refuse_rest(body, from, place);
+        now.push_back(area);
+      }
+      before.swap(now);
+    }
+  }
+}
+
+std::vector<double> shell_masses(const SceneBody& body) {
   std::vector<double> sums(body.particle_count(), 0.0);
   visit_shell_mass(
-      body, [&](const SplineSurface::Place& place, const SplineSurface::Point& point, double mass) {
-        if (!(mass > 0)) {
-          throw CaseError(from.shape.location,
-                          "the rest surface of \"" + body.name + "\" has no area in patch " +
-                              std::to_string(place.patch) + ", near row " +
-                              std::to_string(static_cast<int>(place.v)) + ", column " +
-                              std::to_string(static_cast<int>(place.u)));
-        }
+      body, [&](const SplineSurface::Place&, const SplineSurface::Point& point, double mass) {
         for (std::size_t i = 0; i < point.value.size(); ++i)
           sums[point.control_points[i]] += mass * point.value[i];
       });

@@ -21,6 +21,11 @@ void make_spline(SceneBody& body, const BodyCase& from);
 std::vector<Vec3> control_points_of(const SceneBody& body, const BodyCase& from,
                                     std::span<const Vec3> image);
 
+// Throws CaseError at the shape if the rest surface has no area at one of the 4 x 4 Gauss points per
+// element, or if its normals at neighbouring ones differ by 90 degrees or more: it is folded there.
+// Precondition: `rest` of the body has control points.
+void require_regular_rest(const SceneBody& body, const BodyCase& from);
+
 // Calls visit(place, point, mass) for the quadrature points of a shell's mass, element by element.
 // `mass` (kg) is the mass that the point stands for, 0 where the surface has no area. Each element
 // has 4 x 4 Gauss points. They integrate products of two basis functions exactly where the area per
@@ -30,9 +35,8 @@ using MassVisit =
 void visit_shell_mass(const SceneBody& body, const MassVisit& visit);
 
 // Returns the masses (kg) of a shell's control points: the row sums of its mass matrix
-// (sim/motion/mass_matrix.h). Precondition: `rest` of the body has control points. Throws CaseError
-// at the shape if the rest surface has no area at a quadrature point.
-std::vector<double> shell_masses(const SceneBody& body, const BodyCase& from);
+// (sim/motion/mass_matrix.h). Precondition: `rest` of the body has control points.
+std::vector<double> shell_masses(const SceneBody& body);
 
 // Sets the surface of a shell on which contact acts. Its points lie at the ends and in the middle
 // of the elements. The thickness of the shell grows by twice a bound of the distance between its

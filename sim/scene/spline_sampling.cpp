@@ -1,6 +1,7 @@
 #include "sim/scene/spline_sampling.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -82,6 +83,8 @@ SplineSampling::SplineSampling(const bsi::Atlas& control_points, const SplineSur
 
 namespace {
 
+double square(double x) { return x * x; }
+
 // Returns an upper bound of |x_uu| + 2 |x_uv| + |x_vv| (m) over an element. `x` has the control
 // points of the element, row by row.
 double largest_second_derivative(const SplineSurface::Patch& patch, int element_u, int element_v,
@@ -99,14 +102,38 @@ double largest_second_derivative(const SplineSurface::Patch& patch, int element_
   for (int j = 0; j <= degree; ++j) {
     for (int i = 0; i <= degree; ++i) {
       if (i + 2 <= degree)
-        uu = std::max(uu, u.second[i] * (slope_u(i + 1, j) - slope_u(i, j)).norm());
+        uu = std::max(uu, square(u.second[i]) * (slope_u(i + 1, j) - slope_u(i, j)).squaredNorm());
       if (j + 2 <= degree)
-        vv = std::max(vv, v.second[j] * (slope_v(i, j + 1) - slope_v(i, j)).norm());
+        vv = std::max(vv, square(v.second[j]) * (slope_v(i, j + 1) - slope_v(i, j)).squaredNorm());
       if (i < degree && j < degree)
-        uv = std::max(uv, v.first[j] * (slope_u(i, j + 1) - slope_u(i, j)).norm());
+        uv = std::max(uv, square(v.first[j]) * (slope_u(i, j + 1) - slope_u(i, j)).squaredNorm());
     }
   }
-  return uu + 2 * uv + vv;
+  return std::sqrt(uu) + 2 * std::sqrt(uv) + std::sqrt(vv);
+}
+
+// Calls visit(patch, element_u, element_v, bound) for each element. `bound` (m) is an upper bound of
+// the distance between the element and its triangles.
+template <class Visit>
+void visit_deviations(const bsi::Atlas& atlas, const SplineSurface& surface,
+                      std::span<const Vec3> control_points, const Visit& visit) {
+  constexpr double spacing = 1.0 / samples_per_element;
+  constexpr int most = (highest_spline_degree + 1) * (highest_spline_degree + 1);
+  std::array<Vec3, most> x;
+  const int count = surface.degree() + 1;
+  for (int p = 0; p < std::ssize(surface.patches()); ++p) {
+    const SplineSurface::Patch& patch = surface.patches()[p];
+    for (int ev = 0; ev < patch.v.elements(); ++ev) {
+      for (int eu = 0; eu < patch.u.elements(); ++eu) {
+        for (int i = 0; i < count * count; ++i) {
+          const int row = patch.v.control_point(ev, i / count);
+          const int col = patch.u.control_point(eu, i % count);
+          x[i] = control_points[atlas.particle(p, row, col)];
+        }
+        visit(p, eu, ev, spacing * spacing / 8 * largest_second_derivative(patch, eu, ev, x));
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -114,20 +141,26 @@ double largest_second_derivative(const SplineSurface::Patch& patch, int element_
 double deviation_from_samples(const bsi::Atlas& atlas, const SplineSurface& surface,
                               std::span<const Vec3> control_points) {
   double largest = 0;
-  std::vector<Vec3> x;
-  for (std::size_t p = 0; p < surface.patches().size(); ++p) {
-    const SplineSurface::Patch& patch = surface.patches()[p];
-    for (int ev = 0; ev < patch.v.elements(); ++ev) {
-      for (int eu = 0; eu < patch.u.elements(); ++eu) {
-        x.clear();
-        for (const int particle : surface.control_points(atlas, static_cast<int>(p), eu, ev))
-          x.push_back(control_points[particle]);
-        largest = std::max(largest, largest_second_derivative(patch, eu, ev, x));
+  visit_deviations(
+      atlas, surface, control_points,
+      [&](int, int, int, double bound) { largest = std::max(largest, bound); });
+  return largest;
+}
+
+void raise_to_deviations(const bsi::Atlas& atlas, const SplineSurface& surface,
+                         const bsi::Atlas& samples, std::span<const Vec3> control_points,
+                         std::span<double> by_sample) {
+  visit_deviations(atlas, surface, control_points, [&](int p, int eu, int ev, double bound) {
+    const bsi::Patch& patch = samples.patches()[p];
+    for (int i = 0; i <= samples_per_element; ++i) {
+      const int row = (samples_per_element * ev + i) % patch.rows;
+      for (int j = 0; j <= samples_per_element; ++j) {
+        const int col = (samples_per_element * eu + j) % patch.cols;
+        double& largest = by_sample[samples.particle(p, row, col)];
+        largest = std::max(largest, bound);
       }
     }
-  }
-  constexpr double spacing = 1.0 / samples_per_element;
-  return spacing * spacing / 8 * largest;
+  });
 }
 
 }  // namespace weft::sim

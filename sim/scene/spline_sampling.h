@@ -26,4 +26,12 @@ struct SplineSampling {
 double deviation_from_samples(const bsi::Atlas& atlas, const SplineSurface& surface,
                               std::span<const Eigen::Vector3d> control_points);
 
+// Raises by_sample[i] (m) to the bound of deviation_from_samples() over the elements around sample
+// i, where it is lower. `samples` is the atlas of SplineSampling. The surface over a triangle is
+// therefore no farther from it than the largest entry of its three corners. O(control points).
+void raise_to_deviations(const bsi::Atlas& atlas, const SplineSurface& surface,
+                         const bsi::Atlas& samples,
+                         std::span<const Eigen::Vector3d> control_points,
+                         std::span<double> by_sample);
+
 }  // namespace weft::sim

@@ -1,7 +1,13 @@
 // Shells that must be refused, with place and hint.
+#include <hdf5.h>
+
+#include <array>
+#include <functional>
+
 #include "sim/case/case_error.h"
 #include "sim/scene/scene.h"
 #include "tests/sim/bad_case.h"
+#include "tests/temporary_folder.h"
 
 namespace weft::sim::bad_shell_test {
 
@@ -30,6 +36,16 @@ std::vector<BadCase> bad_shells() {
       {"ratio_of_minus_one", shell("1e9", "-1") + sheet,
        R"(case.toml:4:17: "poisson_ratio" is -1
   expected a number > -1 and < 1)"},
+      {"ratio_below_minus_one", shell("1e9", "-1.5") + sheet,
+       R"(case.toml:4:17: "poisson_ratio" is -1.5
+  expected a number > -1 and < 1)"},
+      {"no_modulus",
+       "[material.m]\nmodel = \"shell\"\nshell_thickness = 1e-3\nvolume_density = 1000\n" + sheet,
+       "?"},
+      {"no_thickness",
+       "[material.m]\nmodel = \"shell\"\nyoungs_modulus = 1e9\nvolume_density = 1000\n" + sheet,
+       "?"},
+      {"thickness_of_zero", shell("1e9", "0.3", "") + "shell_thickness = 0\n" + sheet, "?"},
       {"membrane_of_cloth", shell("1e9", "0.3", "membrane_stiffness = 10\n") + sheet,
        R"(case.toml:7:1: "membrane_stiffness" does not belong to model = "shell"
   expected only with model = "cloth")"},
@@ -68,6 +84,103 @@ TEST_P(SmallImage, IsRefused) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(All, SmallImage, testing::ValuesIn(small_images()), bad_case_name);
+
+// The largest ratio of a solid, and one near the smallest, are accepted.
+TEST(BadShell, RatiosOfSolidsAreAccepted) {
+  for (const char* ratio : {"0.5", "0", "-0.99"})
+    EXPECT_NO_THROW(build_scene(parse_case(shell("1e9", ratio) + sheet, "case.toml"))) << ratio;
+}
+
+// Shells whose image of 5 x 9 points comes from a file.
+class ShellOfFile : public testing::Test {
+ protected:
+  using Place = std::function<std::array<double, 3>(int row, int col)>;
+  // Returns the message of the refusal, without the folder.
+  std::string refusal(const Place& place, const std::string& more = "") const {
+    std::vector<double> values;
+    for (int i = 0; i < 45; ++i) {
+      for (const double each : place(i / 9, i % 9)) values.push_back(each);
+    }
+    write(values);
+    const std::string text =
+        shell("1e9", "0.3") +
+        "[[body]]\nname = \"s\"\nshape = { type = \"file\", path = \"shape.h5\", dataset = "
+        "\"shape\" }\n" +
+        more;
+    try {
+      static_cast<void>(build_scene(parse_case(text, folder_.path("case.toml"))));
+    } catch (const CaseError& error) {
+      const std::string what = error.what();
+      return what.substr(what.find("case.toml"));
+    }
+    return "accepted";
+  }
+
+ private:
+  void write(const std::vector<double>& values) const {
+    const std::array<hsize_t, 3> dimensions{5, 9, 3};
+    const hid_t file =
+        H5Fcreate(folder_.path("shape.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t space = H5Screate_simple(3, dimensions.data(), nullptr);
+    const hid_t dataset =
+        H5Dcreate2(file, "shape", H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+    H5Dclose(dataset);
+    H5Sclose(space);
+    H5Fclose(file);
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(ShellOfFile, IsAcceptedIfItIsRegular) {
+  EXPECT_EQ(refusal([](int row, int col) {
+              return std::array{0.1 * col, 0.1 * row, 0.01 * col * col};
+            }),
+            "accepted");
+}
+
+// A column of points that lies on the one before.
+TEST_F(ShellOfFile, OfCollapsedPointsIsRefused) {
+  for (const char* more : {"", "control_net = true\n"}) {
+    EXPECT_EQ(refusal(
+                  [](int row, int col) {
+                    return std::array{0.1 * (col == 4 ? 3 : col), 0.1 * row, 0.0};
+                  },
+                  more),
+              R"(case.toml:9:9: the rest shape of "s" has a triangle without area at patch 0, row 0, column 3
+  expected vertices that do not coincide or lie on one line)")
+        << more;
+  }
+}
+
+// All points on one line.
+TEST_F(ShellOfFile, OfALineIsRefused) {
+  EXPECT_EQ(refusal([](int row, int col) { return std::array{0.1 * (col + 9 * row), 0.0, 0.0}; }),
+            R"(case.toml:9:9: the rest shape of "s" has a triangle without area at patch 0, row 0, column 0
+  expected vertices that do not coincide or lie on one line)");
+}
+
+// A column of points behind the one before: the triangles have area, but the surface turns over.
+TEST_F(ShellOfFile, ThatFoldsBackIsRefused) {
+  for (const char* more : {"", "control_net = true\n"}) {
+    EXPECT_EQ(refusal(
+                  [](int row, int col) {
+                    return std::array{0.1 * (col == 5 ? 3.2 : col), 0.1 * row, 0.0};
+                  },
+                  more),
+              R"(case.toml:9:9: the rest surface of "s" has no area or folds back on itself near row 0, column 4 of the image
+  expected points that do not coincide, and a surface that turns by less than 90 degrees from each point of the image to the next)")
+        << more;
+  }
+}
+
+// A surface that crosses itself within a row of cells: its rows run in opposite directions.
+TEST_F(ShellOfFile, ThatIsTwistedIsRefused) {
+  EXPECT_EQ(refusal([](int row, int col) {
+              return std::array{0.1 * (row < 2 ? col - 4 : 4 - col), 0.1 * row, 0.0};
+            }),
+            "?");
+}
 
 }  // namespace
 

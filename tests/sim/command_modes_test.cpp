@@ -147,6 +147,62 @@ TEST_F(CommandModes, RefusesWhatItCannotDo) {
                  "plate_modes_ssss.toml:16:1: nothing loads the case");
 }
 
+// A free plate under its weight has no equilibrium. Its start shape has modes: those without weight.
+TEST_F(CommandModes, TakesTheStartShapeIfAsked) {
+  const WeftProcess::Arguments heavy{"--set", "world.gravity.2=-1", "-n", "8", "--json"};
+  WeftProcess::Arguments as_it_is = heavy;
+  as_it_is.push_back("--start-shape");
+  const Result refused = run("modes", "plate_modes_ffff", heavy);
+  EXPECT_EQ(refused.code, exit_code::numerical_failure);
+  EXPECT_NE(refused.err.find("--start-shape"), std::string::npos) << refused.err;
+  const Result taken = run("modes", "plate_modes_ffff", as_it_is);
+  ASSERT_EQ(taken.code, exit_code::done) << taken.err;
+  const Json json = Json::parse(taken.out);
+  EXPECT_EQ(json["about"], "start_shape");
+  const Json weightless =
+      Json::parse(run("modes", "plate_modes_ffff", {"-n", "8", "--json"}).out);
+  ASSERT_EQ(json["modes"].size(), 8U);
+  for (const int mode : {6, 7}) {
+    const double frequency = weightless["modes"][mode]["frequency_hz"];
+    EXPECT_GT(frequency, 0);
+    EXPECT_NEAR(json["modes"][mode]["frequency_hz"], frequency, 1e-6 * frequency);
+  }
+}
+
+// A strained start shape that no support holds in its strain still counts as it is: a strip that
+// starts stretched sounds higher than the one at rest, to which the equilibrium returns.
+TEST_F(CommandModes, KeepsTheStrainOfTheStartShape) {
+  const std::string text = R"(
+[time]
+method = "static"
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.m]
+model = "shell"
+youngs_modulus = 1e7
+poisson_ratio = 0
+shell_thickness = 1e-3
+volume_density = 1000
+[[body]]
+name = "strip"
+stretch = [1.001, 1, 1]
+shape = { type = "rectangle", size = [0.2, 0.02], resolution = [4, 9] }
+pin = [{ edges = ["first_col"], clamp = true }]
+)";
+  write("strip.toml", text);
+  const auto first = [&](const WeftProcess::Arguments& more) {
+    WeftProcess::Arguments all{"modes", path("strip.toml").string(), "--quiet", "-n", "1",
+                               "--json"};
+    all.insert(all.end(), more.begin(), more.end());
+    const Result result = weft(all);
+    EXPECT_EQ(result.code, exit_code::done) << result.err;
+    return Json::parse(result.out)["modes"][0]["frequency_hz"].get<double>();
+  };
+  EXPECT_GT(first({"--start-shape"}), 1.05 * first({}));
+}
+
 TEST_F(CommandModes, FailsWithTheReasonAndWithoutAFile) {
   const Result loose = run("buckling", "plate_buckling",
                            {"--set", "body.plate.pin.1.axes=[\"z\"]", "-o", "out", "--json"});

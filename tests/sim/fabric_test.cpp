@@ -79,6 +79,51 @@ TEST(Fabric, BiaxialStretchHasThePublishedForce) {
   }
 }
 
+// The force per rest width in the direction of the first stretch, from the work of the tabulated
+// law, evaluated anew.
+double force_of_law(const MeasuredFabric& fabric, double warp, double weft, bool along_warp) {
+  const double step = 1e-6;
+  const auto work = [&](double change) {
+    return tabulated_work(fabric, green(warp + (along_warp ? change : 0)),
+                          green(weft + (along_warp ? 0 : change)), 0);
+  };
+  return (work(step) - work(-step)) / (2 * step);
+}
+
+// Warp and weft each, stretched alike and not alike, have the force of the tabulated law.
+TEST(Fabric, BiaxialStretchHasTheForceOfTheTableInBothDirections) {
+  const std::vector<std::pair<double, double>> stretches{
+      {1.005, 1.005}, {1.03, 1.03}, {1.1, 1.1}, {1.25, 1.25}, {1.05, 1.02}, {1.01, 1.08}};
+  for (const MeasuredFabric& fabric : measured_fabrics()) {
+    for (const auto& [warp, weft] : stretches) {
+      const auto pulls = pulls_of(stretched_sheet(preset(fabric.name), warp, weft, 0));
+      const double of_warp = force_of_law(fabric, warp, weft, true);
+      const double of_weft = force_of_law(fabric, warp, weft, false);
+      EXPECT_NEAR(pulls[0] / 0.1, of_warp, 0.005 * of_warp) << fabric.name << ' ' << warp;
+      EXPECT_NEAR(pulls[1] / 0.2, of_weft, 0.005 * of_weft) << fabric.name << ' ' << weft;
+    }
+  }
+}
+
+// The published tensions have no energy. Decision 0040 says by how much either force of an equal
+// stretch differs from them.
+TEST(Fabric, EitherForceOfABiaxialStretchIsNearThePublishedOne) {
+  for (const MeasuredFabric& fabric : measured_fabrics()) {
+    const bool is_woven = fabric.name == "white-dots-on-blk" || fabric.name == "royal-target" ||
+                          fabric.name == "11oz-black-denim";
+    for (const double stretch : {1.005, 1.03, 1.1}) {
+      const double e = green(stretch);
+      const auto tension = published_tension(fabric, e, e, 0);
+      const auto pulls = pulls_of(stretched_sheet(preset(fabric.name), stretch, stretch, 0));
+      const double limit = is_woven ? 0.01 : 0.18;
+      EXPECT_NEAR(pulls[0] / 0.1, stretch * tension[0], limit * stretch * tension[0])
+          << fabric.name << ' ' << stretch;
+      EXPECT_NEAR(pulls[1] / 0.2, stretch * tension[1], limit * stretch * tension[1])
+          << fabric.name << ' ' << stretch;
+    }
+  }
+}
+
 // The work of the published tensions per area on the straight path to a stretch along warp and
 // weft, by Simpson's rule.
 double published_work(const MeasuredFabric& fabric, double e11, double e22) {
@@ -140,6 +185,64 @@ TEST(Fabric, PullWithFreeSidesTakesThePublishedWork) {
       expect_published_work(fabric, along_warp, 1.02);
       if (is_convex) expect_published_work(fabric, along_warp, 1.06);
     }
+  }
+}
+
+// A sheet that is pulled with free sides at an angle to its warp. The grips slide along the
+// borders that they hold, and one end may shift sideways against the other.
+std::string sheared_sheet(const std::string& fabric, double warp_angle_deg, double stretch) {
+  return "[time]\nmethod = \"static\"\nduration = 1\nframes_per_second = 4\n"
+         "position_tolerance = 1e-8\n[contact]\nenabled = false\n[world]\ngravity = "
+         "[0, 0, 0]\n" +
+         preset(fabric) + "bending_stiffness = 0\n[[body]]\nname = \"sheet\"\n" +
+         "warp_angle_deg = " + std::to_string(warp_angle_deg) +
+         "\nshape = { type = \"rectangle\", size = [0.2, 0.1], resolution = [3, 5] "
+         "}\n[[body.pin]]\nedges = [\"first_col\"]\naxes = [\"x\", \"z\"]\n"
+         "[[body.pin]]\ncorners = [\"first_first\"]\naxes = [\"y\"]\n"
+         "[[body.pin]]\nrows = [0, -1]\ncols = [0, -1]\naxes = [\"z\"]\n"
+         "[[body.pin]]\nedges = [\"last_col\"]\naxes = [\"x\", \"z\"]\n"
+         "motion = { keyframes = [{ time = 0 }, { time = 1, translation = [" +
+         std::to_string(0.2 * (stretch - 1)) + ", 0, 0] }] }\n";
+}
+
+// The deformation of the sheet is x = stretch X, y = width Y + shift X; both free numbers take the
+// least work of the tabulated law, and the force is the change of that work.
+void expect_work_of_the_table(const MeasuredFabric& fabric, double degrees, double stretch) {
+  SCOPED_TRACE(fabric.name + " " + std::to_string(degrees) + " " + std::to_string(stretch));
+  // The warp lies at -degrees to the pull.
+  SimulatedCase sim(sheared_sheet(fabric.name, -degrees, stretch));
+  const std::vector<Vec3> x = sim.positions_at(1);
+  const double width = (x[12].y() - x[2].y()) / 0.1, shift = (x[9].y() - x[5].y()) / 0.2;
+  const Vec3 corner = x[0];
+  for (int i = 0; i < 15; ++i) {
+    const double across = 0.05 * (i % 5), up = 0.05 * (i / 5);
+    const Vec3 uniform = corner + Vec3(stretch * across, width * up + shift * across, 0);
+    EXPECT_LT((x[i] - uniform).norm(), 2e-6) << i;
+  }
+  const auto work = [&](double pulled, double across, double sideways) {
+    const double c = std::cos(degrees * std::numbers::pi / 180),
+                 s = std::sin(degrees * std::numbers::pi / 180);
+    const double xx = 0.5 * (pulled * pulled + sideways * sideways - 1), yy = green(across),
+                 xy = 0.5 * sideways * across;
+    // Components in the axes of warp (c, -s) and weft (s, c).
+    return tabulated_work(fabric, c * c * xx - 2 * c * s * xy + s * s * yy,
+                          s * s * xx + 2 * c * s * xy + c * c * yy,
+                          c * s * (xx - yy) + (c * c - s * s) * xy);
+  };
+  for (const double change : {1e-3, -1e-3}) {
+    EXPECT_GT(work(stretch, width + change, shift), work(stretch, width, shift));
+    EXPECT_GT(work(stretch, width, shift + change), work(stretch, width, shift));
+  }
+  const double force = pulls_at(sim.scene(), x)[0];
+  const double slope =
+      (work(stretch + 1e-5, width, shift) - work(stretch - 1e-5, width, shift)) / 2e-5;
+  EXPECT_NEAR(force, slope * 0.1, 0.005 * force);
+}
+
+// Each direction by itself, sides free.
+TEST(Fabric, PullWithFreeSidesHasTheForceOfTheTableInEveryDirection) {
+  for (const MeasuredFabric& fabric : measured_fabrics()) {
+    for (const double degrees : {0.0, 45.0, 90.0}) expect_work_of_the_table(fabric, degrees, 1.01);
   }
 }
 

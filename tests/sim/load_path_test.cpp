@@ -69,6 +69,66 @@ TEST(LoadPath, JumpsBeyondALimitPointIfAsked) {
   EXPECT_EQ(roof.integrator().path_point()->negative_directions, 0);
 }
 
+// The step after a jump is not extrapolated from the step that jumped: it takes about as many
+// iterations as the later ones.
+TEST(LoadPath, ForgetsTheWayToAJump) {
+  Simulation roof = simulation_of(roof_under_growing_load("jump"));
+  const auto iterations = [&] { return roof.statistics().counters.newton_iterations; };
+  double deflection = roof.position("roof")[centre].x();
+  std::vector<std::int64_t> after;
+  while (roof.time() < 1 && after.size() < 3) {
+    const std::int64_t before = iterations();
+    ASSERT_FALSE(roof.step());
+    if (!after.empty()) after.push_back(iterations() - before);
+    const double now = roof.position("roof")[centre].x();
+    if (after.empty() && deflection - now > 10) after.push_back(0);
+    deflection = now;
+  }
+  ASSERT_EQ(after.size(), 3U);
+  EXPECT_LE(after[1], after[2] + 2);
+}
+
+// The load factor of the first point, as the tangent at the start predicts it. The roof softens
+// from the start, so the point lies a little below.
+TEST(LoadPath, BeginsWithTheFirstLoadFactor) {
+  double last = 0;
+  for (const double factor : {0.02, 0.05, 0.1}) {
+    Simulation roof =
+        simulation_of(benchmark_text("hinged_roof_arc_length"),
+                      {"static.first_load_factor=" + std::to_string(factor)});
+    ASSERT_FALSE(roof.step());
+    const double reached = roof.integrator().path_point()->load_factor;
+    EXPECT_LT(reached, factor);
+    EXPECT_NEAR(reached, factor, 0.15 * factor);
+    EXPECT_GT(reached, last);
+    last = reached;
+  }
+}
+
+// The path ends with the first point at which a vertex is displaced as far.
+TEST(LoadPath, EndsAtTheLargestDisplacement) {
+  constexpr double farthest = 6;  // mm
+  Simulation roof =
+      simulation_of(benchmark_text("hinged_roof_arc_length"), {"static.largest_displacement=6"});
+  const std::vector<Vec3> start = roof.position("roof");
+  const auto displacement = [&] {
+    const std::vector<Vec3> now = roof.position("roof");
+    double largest = 0;
+    for (std::size_t i = 0; i < now.size(); ++i)
+      largest = std::max(largest, (now[i] - start[i]).norm());
+    return largest;
+  };
+  double before = 0, last = 0;
+  while (!roof.has_ended()) {
+    ASSERT_FALSE(roof.step());
+    before = last;
+    last = displacement();
+  }
+  EXPECT_LT(before, farthest);
+  EXPECT_GE(last, farthest);
+  EXPECT_LT(roof.integrator().path_point()->load_factor, 1);
+}
+
 std::string loaded_plate(const std::string& pins, const std::string& more = "") {
   return R"(
 [time]

@@ -194,6 +194,37 @@ TEST(LossFactor, EqualsTheTimesOfTheTheory) {
             1e-12);
 }
 
+// The strip of the first test as a shell: D = E h^3 / 12, the same density per area.
+TEST(LossFactor, DampsShellsAsMeasured) {
+  std::string text = bent_strip;
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("density = 0.2\nmembrane_stiffness = 2e4\n",
+          "model = \"shell\"\nyoungs_modulus = 1.2e8\nshell_thickness = 1e-3\n"
+          "volume_density = 200\n");
+  replace("bending_stiffness = 0.01\n", "");
+  replace("resolution = [2, 17]", "resolution = [4, 11]");
+  const Decay decay = ring_down(text, 2, 0);
+  EXPECT_NEAR(decay.frequency, 12.514, 0.01 * 12.514);
+  EXPECT_NEAR(decay.loss_factor, loss_factor, 0.02 * loss_factor);
+}
+
+// Along itself, the strain of its membrane counts.
+TEST(LossFactor, DampsTheMembraneOfShellsAsMeasured) {
+  std::string text = stretched_strip;
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("density = 0.2\nmembrane_stiffness = 2000\n",
+          "model = \"shell\"\nyoungs_modulus = 2e6\nshell_thickness = 1e-3\n"
+          "volume_density = 200\n");
+  replace("resolution = [2, 26]", "resolution = [4, 13]");
+  const Decay decay = ring_down(text, 0, 0.25);
+  EXPECT_NEAR(decay.frequency, 50, 0.01 * 50);
+  EXPECT_NEAR(decay.loss_factor, loss_factor, 0.02 * loss_factor);
+}
+
 TEST(LossFactor, DampsShells) {
   const std::string shell = R"(
 [time]

@@ -1,7 +1,9 @@
 // Shells against closed forms and the benchmarks by which shell elements are judged.
 #include <cmath>
+#include <tuple>
 
 #include "../reference_value.h"
+#include "bench/end_load_elastica.h"
 #include "shell_model.h"
 
 namespace weft::sim::shell_test {
@@ -48,28 +50,76 @@ TEST(ShellScene, ClampHoldsTwoRows) {
   EXPECT_TRUE(beam.scene().is_free(beam.at(2, 2)));
 }
 
+// The closed form against figures that were computed elsewhere.
+TEST(EndLoadElastica, HasTheTipOfTheTable) {
+  for (const int load : {1, 2, 3, 4}) {
+    const bench::ElasticaTip tip = bench::end_load_elastica(load);
+    const std::string name = "elastica_end_load_" + std::to_string(load);
+    EXPECT_NEAR(tip.inward, reference_value(name + "_inward"), 1e-10);
+    EXPECT_NEAR(tip.across, reference_value(name + "_across"), 1e-10);
+  }
+}
+
 // Cantilever under a dead shear force at its end (Sze, Liu and Lo 2004, section 3.1), against the
-// elastica.
+// elastica at the 20 loads of their curve. Errors are relative to either displacement.
 class EndShear : public testing::TestWithParam<std::pair<int, double>> {};
 TEST_P(EndShear, FollowsTheElastica) {
   const auto& [columns, limit] = GetParam();
   ShellModel beam(shell_case(1.2e6, 0, 0.1, std::string(strip) + std::to_string(columns) + "]",
                              clamped_first_column));
   const double u = beam.length_u();
-  for (const int quarter : {1, 2, 3, 4}) {
+  for (int point = 1; point <= 20; ++point) {
+    const double load = 0.2 * point;
     ShellModel::Loads loads = beam.no_load();
     const SplineAxis& v = beam.body().spline->patches()[0].v;
     for (const auto& [at, weight] : v.gauss_points(4))
-      beam.add_force({0, u, at}, {0, 0, quarter * weight / beam.length_v()}, loads);
+      beam.add_force({0, u, at}, {0, 0, load * weight / beam.length_v()}, loads);
     ASSERT_GT(beam.solve(loads, 10), 0);
     const Vec3 tip = beam.position(u, beam.length_v() / 2);
-    const std::string name = "elastica_end_load_" + std::to_string(quarter);
-    EXPECT_NEAR(5 - tip.x(), 10 * reference_value(name + "_inward"), limit * 10);
-    EXPECT_NEAR(tip.z(), 10 * reference_value(name + "_across"),
-                limit * 10 * reference_value(name + "_across"));
+    const bench::ElasticaTip exact = bench::end_load_elastica(load);
+    EXPECT_NEAR((5 - tip.x()) / 10, exact.inward, limit * exact.inward) << load;
+    EXPECT_NEAR(tip.z() / 10, exact.across, limit * exact.across) << load;
   }
 }
 INSTANTIATE_TEST_SUITE_P(All, EndShear, testing::Values(std::pair(11, 3e-3), std::pair(19, 1e-4)));
+
+// The relative error of the displacement of a thin quarter arch (R = 1, h = 1e-3) that is clamped at
+// one end, under a radial force P at the other. The exact displacement is pi P R^3 / (4 E I).
+double error_of_arch(int degree, int columns) {
+  constexpr double youngs_modulus = 1e9, thickness = 1e-3, width = 0.1;
+  std::string text = shell_case(youngs_modulus, 0, thickness,
+                                "type = \"cylinder\", radius = 1, length = 0.1, angle_deg = 90, "
+                                "resolution = [4, " +
+                                    std::to_string(columns) + "]",
+                                clamped_first_column);
+  const std::string model = "model = \"shell\"\n";
+  text.insert(text.find(model) + model.size(), "spline_degree = " + std::to_string(degree) + "\n");
+  ShellModel arch(text);
+  const double rigidity = youngs_modulus * width * std::pow(thickness, 3) / 12;
+  constexpr double exact = 1e-6;
+  const double force = exact * rigidity * 4 / std::acos(-1.0);
+  const double end = arch.length_u(), middle = arch.length_v() / 2;
+  const Vec3 before = arch.position(end, middle);
+  const Vec3 radial = Vec3(before.x(), before.y(), 0).normalized();
+  ShellModel::Loads loads = arch.no_load();
+  const SplineAxis& v = arch.body().spline->patches()[0].v;
+  for (const auto& [at, weight] : v.gauss_points(4))
+    arch.add_force({0, end, at}, force * weight / arch.length_v() * radial, loads);
+  EXPECT_GT(arch.solve(loads, 1), 0);
+  return std::abs((arch.position(end, middle) - before).dot(radial) / exact - 1);
+}
+
+// The table of docs/theory.md, and the advice of the guide: cubic shells are a hundred times as
+// exact as quadratic ones of the same image, or more.
+TEST(Arch, CubicShellsAreAHundredTimesAsExact) {
+  for (const auto& [columns, quadratic, cubic] :
+       {std::tuple{9, 3.0e-2, 3.0e-4}, std::tuple{17, 6.4e-3, 1.3e-5}}) {
+    const double of_quadratic = error_of_arch(2, columns), of_cubic = error_of_arch(3, columns);
+    EXPECT_NEAR(of_quadratic, quadratic, 0.1 * quadratic);
+    EXPECT_NEAR(of_cubic, cubic, 0.3 * cubic);
+    EXPECT_GE(of_quadratic, 95 * of_cubic);
+  }
+}
 
 // A sheet clamped at one edge that sags under its own weight.
 struct Sagging {
