@@ -109,7 +109,9 @@ TEST(ShellTable, RowsHaveAllFields) {
     EXPECT_EQ(json["reference"].is_null(), bound == Bound::reported);
     const bool has_error = bound != Bound::reported && bound != Bound::wanted;
     EXPECT_EQ(json["error"].is_null(), !has_error);
-    if (has_error) EXPECT_EQ(json["error"], 0.5);
+    if (has_error) {
+      EXPECT_EQ(json["error"], 0.5);
+    }
     EXPECT_EQ(json["limit"].is_null(), bound != Bound::error && bound != Bound::at_most);
   }
 }

@@ -359,8 +359,7 @@ shape = { type = "rectangle", size = [0.1, 0.1], resolution = [3, 3] }
   Simulation awake = simulation_of(two, awake_too);
   advance_to(sleepy, 3);
   advance_to(awake, 3);
-  EXPECT_NEAR(turning(sleepy.scene(), sleepy.position("strip")),
-              turning(awake.scene(), awake.position("strip")), 1e-5);
+  EXPECT_NEAR(turning(sleepy), turning(awake), 1e-5);
   EXPECT_NEAR(*sleepy.energies().dissipated, *awake.energies().dissipated, 1e-9);
   EXPECT_EQ(sleepy.summary_of(3, sleepy.state()).sleeping_bodies, 1);
 }

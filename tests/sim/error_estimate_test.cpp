@@ -2,6 +2,8 @@
 #include "sim/accuracy/error_monitor.h"
 
 #include <cmath>
+#include <fstream>
+#include <sstream>
 
 #include "sim/run/recorded_run.h"
 #include "sim/trajectory/trajectory.h"

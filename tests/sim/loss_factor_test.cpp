@@ -1,6 +1,8 @@
 // Damping by a measured loss factor, against the decay of free vibrations.
 #include <cmath>
+#include <fstream>
 #include <numbers>
+#include <sstream>
 
 #include "bench/cloth_runs.h"
 #include "sim/case/case_text.h"
