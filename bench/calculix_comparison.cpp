@@ -221,6 +221,15 @@ void compare_with_calculix(const std::function<void(const CheckRow&)>& done) {
   }
 }
 
+std::vector<std::string> comparison_names() {
+  std::vector<std::string> names;
+  for (const Contest& contest : contests()) {
+    for (const char* program : {"Weft", "CalculiX", "CalculiX / Weft"})
+      names.push_back(contest.name + ": " + program);
+  }
+  return names;
+}
+
 void write_comparison(const std::vector<CheckRow>& rows, const std::filesystem::path& directory) {
   sim::Plot plot{"Error against CPU time: Weft and CalculiX",
                  "weft bench shells; whole commands on one thread",

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "bench/check_row.h"
@@ -13,6 +14,9 @@ namespace weft::bench {
 // of each run, and the ratio of their costs at equal errors. Without CalculiX there is one row,
 // which says so.
 void compare_with_calculix(const std::function<void(const CheckRow&)>& done);
+
+// Returns the names of these rows.
+std::vector<std::string> comparison_names();
 
 // Writes shells_calculix.svg, error against CPU time, from these rows.
 void write_comparison(const std::vector<CheckRow>& rows, const std::filesystem::path& directory);

@@ -101,7 +101,7 @@ CheckRow run_check(const CaseCheck& check, const CheckedImage& image) {
                .case_path = "cases/benchmarks/" + check.case_name + ".toml",
                .resolution = image.resolution,
                .points = image.resolution.at(0) * image.resolution.at(1),
-               .bound = image.limit > 0 ? Bound::error : Bound::none,
+               .bound = check.bound == Bound::error && image.limit == 0 ? Bound::none : check.bound,
                .limit = image.limit};
   row.cpu_s = cpu_time_of([&] {
     try {

@@ -55,7 +55,8 @@ Measured relative(std::string quantity, double value, ReferenceFigure reference)
 // Likewise for a figure of closed_forms.csv.
 Measured by_name(std::string quantity, double value, const std::string& name);
 
-// Images of a check's body: `resolution` as in the case, `limit` of the error, or 0 for none.
+// Images of a check's body: `resolution` as in the case, `limit` of the error by Bound::error, or 0
+// for none.
 struct CheckedImage {
   std::vector<int> resolution;
   double limit = 0;
@@ -70,6 +71,7 @@ struct CaseCheck {
   std::string case_name = {};               // of cases/benchmarks/, without .toml
   std::vector<std::string> overrides = {};  // KEY=VALUE
   std::vector<CheckedImage> images = {};
+  Bound bound = Bound::error;  // of images with a limit; another demand holds for all images
   // Measures a frame of the first body; the worst quantity of all frames is the row's. Frame 0 is
   // the start. Empty: `measure_case` measures.
   std::function<std::vector<Measured>(const FramedBody&, int frame)> measure = {};

@@ -25,12 +25,21 @@ std::string limit_of(const CheckRow& row) {
   switch (row.bound) {
     case Bound::error:
       return percent(row.limit);
+    case Bound::at_most:
+      return "at most";
     case Bound::wanted:
       return "at least";
     case Bound::none:
+    case Bound::reported:
       break;
   }
   return "-";
+}
+
+std::string number_of(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
 }
 
 const char* remark_on(const CheckRow& row) {
@@ -43,40 +52,40 @@ const char* remark_on(const CheckRow& row) {
 nlohmann::json json_of(const CheckRow& row) {
   nlohmann::json json{{"check", row.check},   {"case", nullptr},    {"resolution", row.resolution},
                       {"value", nullptr},     {"error", nullptr},   {"limit", nullptr},
-                      {"reference", nullptr}, {"cpu_s", row.cpu_s}, {"source", nullptr}};
+                      {"reference", nullptr}, {"cpu_s", row.cpu_s}, {"source", nullptr},
+                      {"quantity", nullptr}};
   if (!row.case_path.empty()) json["case"] = row.case_path;
-  if (row.bound == Bound::error) json["limit"] = row.limit;
+  if (row.is_limited()) json["limit"] = row.limit;
   if (!row.failure.empty()) {
     json[row.skipped ? "skipped" : "failure"] = row.failure;
     return json;
   }
   json["quantity"] = row.quantity;
   json["value"] = row.value;
-  json["reference"] = row.reference;
-  if (row.bound == Bound::wanted) {
-    json["bound"] = "at least, wanted";
-  } else {
-    json["error"] = row.error();
-  }
+  if (row.bound != Bound::reported) json["reference"] = row.reference;
+  if (row.has_error()) json["error"] = row.error();
+  if (row.bound == Bound::wanted) json["bound"] = "at least, wanted";
+  if (row.bound == Bound::at_most) json["bound"] = "at most";
   json["source"] = row.source;
   return json;
 }
 
 void print_heading(const char* what) {
-  std::printf("%-40s %-11s %-20s %12s %12s %11s %9s %9s\n", what, "image", "quantity", "value",
+  std::printf("%-48s %-11s %-21s %12s %12s %11s %9s %9s\n", what, "image", "quantity", "value",
               "reference", "error", "limit", "cpu_s");
 }
 
 void print_row(const CheckRow& row) {
-  std::printf("%-40s %-11s ", row.check.c_str(), image_of(row).c_str());
+  std::printf("%-48s %-11s ", row.check.c_str(), image_of(row).c_str());
   if (!row.failure.empty()) {
     std::printf("%s\n", row.failure.c_str());
     return;
   }
   char error[32] = "-";
-  if (row.bound != Bound::wanted) std::snprintf(error, sizeof error, "%.4f %%", 100 * row.error());
-  std::printf("%-20s %12.6g %12.6g %11s %9s %9.3f%s\n", row.quantity.c_str(), row.value,
-              row.reference, error, limit_of(row).c_str(), row.cpu_s, remark_on(row));
+  if (row.has_error()) std::snprintf(error, sizeof error, "%.4f %%", 100 * row.error());
+  const std::string reference = row.bound == Bound::reported ? "-" : number_of(row.reference);
+  std::printf("%-21s %12.6g %12s %11s %9s %9.3f%s\n", row.quantity.c_str(), row.value,
+              reference.c_str(), error, limit_of(row).c_str(), row.cpu_s, remark_on(row));
 }
 
 void write_convergence(const std::vector<CheckRow>& rows, const std::filesystem::path& directory) {
@@ -92,7 +101,8 @@ void write_convergence(const std::vector<CheckRow>& rows, const std::filesystem:
                    {"relative error"},
                    {}};
     for (const CheckRow& row : rows) {
-      if (row.chart != chart || !row.failure.empty() || row.error() == 0) continue;
+      if (row.chart != chart || !row.failure.empty() || !row.has_error() || row.error() == 0)
+        continue;
       if (plot.series.empty() || plot.series.back().name != row.check)
         plot.series.push_back({row.check, {}, {}});
       plot.series.back().x.push_back(row.points);

@@ -1,6 +1,7 @@
 // Rows of the table of `weft bench shells`.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -11,9 +12,11 @@ namespace weft::bench {
 
 // The demand on a row.
 enum class Bound {
-  none,    // nothing: the row only tells
-  error,   // the error must not exceed `limit`
-  wanted,  // the value should reach the reference; costs depend on the machine, so no row fails
+  none,      // none, though there is a reference: coarse images show how errors fall
+  error,     // the error must not exceed `limit`
+  at_most,   // the value must not exceed the reference; the error is the excess
+  wanted,    // the value should reach the reference; costs depend on the machine, so no row fails
+  reported,  // none; there is no reference either
 };
 
 struct CheckRow {
@@ -24,24 +27,32 @@ struct CheckRow {
   int points = 0;                    // control points or vertices
   std::string quantity = {};         // the worst one, if several were measured
   double value = 0, reference = 0;
-  double scale = 0;  // the error is |value - reference| / scale
+  double scale = 0;  // of the error
   Bound bound = Bound::none;
-  double limit = 0;  // of the error
+  double limit = 0;  // of the error, by Bound::error
   double cpu_s = 0;
   std::string source = {};   // of the reference
   std::string failure = {};  // why there is no value; empty: none
   bool skipped = false;      // `failure` says what the row would need
 
-  double error() const { return std::abs(value - reference) / scale; }
+  // True unless the row compares costs or has no reference.
+  bool has_error() const { return bound != Bound::wanted && bound != Bound::reported; }
+  // Precondition: has_error().
+  double error() const {
+    const double excess = value - reference;
+    return (bound == Bound::at_most ? std::max(excess, 0.0) : std::abs(excess)) / scale;
+  }
+  bool is_limited() const { return bound == Bound::error || bound == Bound::at_most; }
   bool holds() const {
     if (skipped) return true;
     if (!failure.empty()) return false;
-    return bound != Bound::error || error() <= limit;
+    return !is_limited() || error() <= limit;
   }
 };
 
 // {"check", "case", "resolution", "quantity", "value", "reference", "error", "limit", "cpu_s",
-// "source"}; with "failure" or "skipped" in place of the numbers that are missing.
+// "source"}. Fields that do not apply are null. A row without a value has "failure" or "skipped",
+// which say why.
 nlohmann::json json_of(const CheckRow& row);
 
 // The heading of a table whose first column is called `what`.

@@ -158,9 +158,13 @@ int run_skipping(const SkippingOptions& options);
 // CalculiX where it is installed. Returns 1 if a row is beyond its limit.
 struct ShellsOptions {
   std::vector<std::string> cases;  // empty: all; "calculix": the comparison
+  std::vector<std::string> only;   // texts in the names of checks; empty: all
+  bool list = false;               // print the names of the checks, run none
   bool json = false;
   std::filesystem::path plots;  // folder of SVG files; empty: none
 };
+// Cases by name, and the names of checks that are no case.
+std::vector<std::string> shell_case_names();
 std::vector<std::string> shell_check_names();
 int run_shells(const ShellsOptions& options);
 

@@ -244,12 +244,26 @@ void add_skipping(CLI::App& sub, Arguments& arguments) {
   sub.add_flag("--json", options.json, "Print JSON instead of a table");
 }
 
+// Returns the fault of a text that no name of a check contains; empty if one does.
+std::string is_in_check(const std::string& text) {
+  const std::vector<std::string> names = shell_check_names();
+  const bool found = std::ranges::any_of(
+      names, [&](const std::string& name) { return name.find(text) != std::string::npos; });
+  if (found) return "";
+  return weft::sim::in_quotes(text) + " is in no name of a check; " +
+         weft::sim::name_hint(text, names);
+}
+
 void add_shells(CLI::App& sub, Arguments& arguments) {
   ShellsOptions& options = arguments.shells;
   sub.add_option("--cases", options.cases,
-                 "Cases of cases/benchmarks/, and calculix (default: all)")
+                 "Cases of cases/benchmarks/, and triangle_springs, calculix (default: all)")
       ->delimiter(',')
-      ->check(CLI::IsMember(shell_check_names()));
+      ->check(CLI::IsMember(shell_case_names()));
+  sub.add_option("--only", options.only, "Checks whose names contain this text; may be repeated")
+      ->allow_extra_args(false)
+      ->check(is_in_check);
+  sub.add_flag("--list", options.list, "Print the names of the checks and run none");
   sub.add_flag("--json", options.json, "Print JSON instead of a table");
   sub.add_option("--plots", options.plots, "Folder of charts of errors (SVG)");
 }

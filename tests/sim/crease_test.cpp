@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "bench/cloth_runs.h"
 #include "sim/motion/energy_watch.h"
 #include "tests/sim/channel_run.h"
 #include "tests/sim/joint_cases.h"
@@ -115,17 +116,8 @@ motion = { centre = [0.1, 0, 0], keyframes = [
   { time = 1.7, translation = [-0.0199367, 0, 0.0745846], rotation_deg = [0, -45, 0] }] }
 )";
 
-// The angle (rad) between the tangents at the two ends of the strip, along its middle row.
-double turning(const Scene& scene, const std::vector<Vec3>& x) {
-  const bsi::Patch& image = scene.bodies[0].atlas.patches()[0];
-  const int row = image.rows / 2;
-  const auto at = [&](int col) { return x[row * image.cols + col]; };
-  double sum = 0;
-  for (int c = 1; c + 1 < image.cols; ++c) {
-    const Vec3 before = at(c) - at(c - 1), after = at(c + 1) - at(c);
-    sum += std::atan2(before.cross(after).y(), before.dot(after));
-  }
-  return std::abs(sum) * (image.cols - 1) / (image.cols - 2);
+double turning(const Simulation& simulation) {
+  return bench::turning_angle(simulation.scene(), simulation.position("strip"));
 }
 
 }  // namespace
@@ -143,14 +135,11 @@ TEST(Crease, KeepsTheAngleOfTheFormula) {
                               {"time.method=\"static\""},
                               {"time.method=\"cvode\"", "material.paper.poisson_ratio=0"}}) {
     SCOPED_TRACE(overrides.front() + overrides.back());
-    Overrides slow = overrides;
-    slow.insert(slow.end(), {"material.paper.bending_damping=2e-2",
-                             "material.paper.mass_damping=120", "time.duration=0.8"});
-    Simulation simulation = simulation_of(bent_strip, slow);
-    EXPECT_NEAR(turning(simulation.scene(), simulation.position("strip")), 4, 0.01);
+    Simulation simulation =
+        make_simulation(read_case(WEFT_CASES_DIR "/benchmarks/crease.toml", overrides));
+    EXPECT_NEAR(turning(simulation), 4, 0.01);
     advance_to(simulation, 0.8);
-    EXPECT_NEAR(turning(simulation.scene(), simulation.position("strip")), expected,
-                0.02 * expected);
+    EXPECT_NEAR(turning(simulation), expected, 0.02 * expected);
   }
 }
 
@@ -158,7 +147,7 @@ TEST(Crease, ElasticStripsSpringBack) {
   Simulation simulation =
       simulation_of(bent_strip, {"material.paper.yield_curvature=21", "time.method=\"static\""});
   advance_to(simulation, 0.2);
-  EXPECT_LT(turning(simulation.scene(), simulation.position("strip")), 1e-3);
+  EXPECT_LT(turning(simulation), 1e-3);
 }
 
 // A yield curvature that nothing reaches changes no bit.
@@ -370,8 +359,7 @@ shape = { type = "rectangle", size = [0.1, 0.1], resolution = [3, 3] }
   Simulation awake = simulation_of(two, awake_too);
   advance_to(sleepy, 3);
   advance_to(awake, 3);
-  EXPECT_NEAR(turning(sleepy.scene(), sleepy.position("strip")),
-              turning(awake.scene(), awake.position("strip")), 1e-5);
+  EXPECT_NEAR(turning(sleepy), turning(awake), 1e-5);
   EXPECT_NEAR(*sleepy.energies().dissipated, *awake.energies().dissipated, 1e-9);
   EXPECT_EQ(sleepy.summary_of(3, sleepy.state()).sleeping_bodies, 1);
 }

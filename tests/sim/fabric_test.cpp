@@ -2,9 +2,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "materials/spring.h"
+#include "bench/membrane_measures.h"
 #include "sim/forces/force_arrays.h"
-#include "sim/forces/springs.h"
 #include "simulated_case.h"
 #include "tests/measured_fabrics.h"
 
@@ -20,24 +19,9 @@ std::string stretched_sheet(const std::string& material, double along, double ac
          ", 1]\nshape = { type = \"rectangle\", size = [0.2, 0.1], resolution = [6, 11] }\n";
 }
 
-// The forces (N) with which the membrane of the only body pulls at its last column along x and at
-// its last row along y.
-std::array<double, 2> pulls_at(const Scene& scene, const std::vector<Vec3>& position) {
-  const std::vector<Vec3> at_rest(position.size(), Vec3::Zero());
-  std::vector<Vec3> forces(position.size(), Vec3::Zero());
-  make_membrane_force(scene)->add_forces({position, at_rest}, forces, 1);
-  const bsi::Atlas& atlas = scene.bodies[0].atlas;
-  const bsi::Patch& patch = atlas.patches()[0];
-  std::array<double, 2> pulls{};
-  for (int row = 0; row < patch.rows; ++row)
-    pulls[0] -= forces[atlas.particle(0, row, patch.cols - 1)].x();
-  for (int col = 0; col < patch.cols; ++col)
-    pulls[1] -= forces[atlas.particle(0, patch.rows - 1, col)].y();
-  return pulls;
-}
 std::array<double, 2> pulls_of(const std::string& text) {
   const auto scene = build_scene(parse_case(text, "test.toml"));
-  return pulls_at(*scene, scene->initial_position);
+  return bench::membrane_pulls(*scene, scene->initial_position);
 }
 
 std::string preset(const std::string& name) {
@@ -46,37 +30,34 @@ std::string preset(const std::string& name) {
 
 double green(double stretch) { return 0.5 * (stretch * stretch - 1); }
 
+Case benchmark_case(const std::string& name, const Overrides& overrides = {}) {
+  return read_case(WEFT_CASES_DIR "/benchmarks/" + name + ".toml", overrides);
+}
+Case stretched_fabric(const MeasuredFabric& fabric) {
+  return benchmark_case("stretched_fabric", {"material.fabric.preset=\"" + fabric.name + '"'});
+}
+
+void expect_published(const MeasuredFabric& fabric, const std::vector<bench::FabricPull>& pulls) {
+  ASSERT_EQ(pulls.size(), 4);
+  for (const bench::FabricPull& each : pulls) {
+    ASSERT_GT(each.published, 0);
+    EXPECT_NEAR(each.force, each.published, 0.005 * each.published)
+        << fabric.name << ' ' << each.stretch;
+  }
+}
+
 // Stretched in one direction, with the width held: the force per rest width is stretch x S.
 TEST(Fabric, UniaxialStretchHasThePublishedForce) {
   for (const MeasuredFabric& fabric : measured_fabrics()) {
-    for (const double degrees : {0.0, 45.0, 90.0}) {
-      for (const double stretch : {1.005, 1.03, 1.1, 1.25}) {
-        const double c = std::cos(degrees * std::numbers::pi / 180),
-                     s = std::sin(degrees * std::numbers::pi / 180);
-        const double e = green(stretch);
-        const auto tension = published_tension(fabric, e * c * c, e * s * s, e * c * s);
-        const double along = tension[0] * c * c + tension[1] * s * s + 2 * tension[2] * c * s;
-        // The warp lies at -degrees to the pull: the pull lies at degrees to the warp.
-        const double pull = pulls_of(stretched_sheet(preset(fabric.name), stretch, 1, -degrees))[0];
-        EXPECT_NEAR(pull, stretch * along * 0.1, 0.005 * pull)
-            << fabric.name << ' ' << degrees << ' ' << stretch;
-      }
-    }
+    for (const double degrees : {0.0, 45.0, 90.0})
+      expect_published(fabric, bench::uniaxial_pulls(stretched_fabric(fabric), fabric, degrees));
   }
 }
 
 // Stretched alike along warp and weft: the sum of both forces per width is published.
 TEST(Fabric, BiaxialStretchHasThePublishedForce) {
-  for (const MeasuredFabric& fabric : measured_fabrics()) {
-    for (const double stretch : {1.005, 1.03, 1.1, 1.25}) {
-      const double e = green(stretch);
-      const auto tension = published_tension(fabric, e, e, 0);
-      const auto pulls = pulls_of(stretched_sheet(preset(fabric.name), stretch, stretch, 0));
-      const double sum = pulls[0] / 0.1 + pulls[1] / 0.2;
-      EXPECT_NEAR(sum, stretch * (tension[0] + tension[1]), 0.005 * sum)
-          << fabric.name << ' ' << stretch;
-    }
-  }
+  for (const MeasuredFabric& fabric : measured_fabrics())
+    expect_published(fabric, bench::biaxial_pulls(stretched_fabric(fabric), fabric));
 }
 
 // The force per rest width in the direction of the first stretch, from the work of the tabulated
@@ -170,7 +151,7 @@ void expect_published_work(const MeasuredFabric& fabric, bool along_warp, double
   };
   for (const double change : {1e-3, -1e-3})
     EXPECT_GT(work(stretch, width + change), work(stretch, width));
-  const double force = pulls_at(sim.scene(), x)[0];
+  const double force = bench::membrane_pulls(sim.scene(), x)[0];
   const double slope = (work(stretch + 1e-4, width) - work(stretch - 1e-4, width)) / 2e-4;
   EXPECT_NEAR(force, slope * 0.1, 1e-4 * force);
 }
@@ -233,7 +214,7 @@ void expect_work_of_the_table(const MeasuredFabric& fabric, double degrees, doub
     EXPECT_GT(work(stretch, width + change, shift), work(stretch, width, shift));
     EXPECT_GT(work(stretch, width, shift + change), work(stretch, width, shift));
   }
-  const double force = pulls_at(sim.scene(), x)[0];
+  const double force = bench::membrane_pulls(sim.scene(), x)[0];
   const double slope =
       (work(stretch + 1e-5, width, shift) - work(stretch - 1e-5, width, shift)) / 2e-5;
   EXPECT_NEAR(force, slope * 0.1, 0.005 * force);
@@ -303,47 +284,18 @@ shape = { type = "cylinder", radius = 0.1, length = 0.3, resolution = [9, 16] }
   EXPECT_NEAR(energy_of("[1.01, 1.01, 1]", 90) / along, 1, 0.01);
 }
 
-// The plane moduli of a lattice of n x n cells of springs, from its energy per area under small
-// strains; the borders make an error of order 1 / n.
-struct LatticeModuli {
-  double c11, c12, c66;
-};
-LatticeModuli lattice(int n) {
-  const auto energy = [n](double e11, double e22, double shear) {
-    const auto scene = build_scene(
-        parse_case("[contact]\nenabled = false\n[material.cloth]\nmembrane = \"springs\"\n"
-                   "membrane_stiffness = 900\n[[body]]\nname = \"sheet\"\nshape = { type = "
-                   "\"rectangle\", size = [1, 1], resolution = [" +
-                       std::to_string(n + 1) + ", " + std::to_string(n + 1) + "] }\n",
-                   "test.toml"));
-    const SpringNetwork network = springs_of(*scene);
-    double sum = 0;
-    const auto moved = [&](int i) -> Vec3 {
-      const Vec3& x = scene->initial_position[i];
-      return {(1 + e11) * x.x() + shear * x.y(), (1 + e22) * x.y(), 0};
-    };
-    for (std::size_t s = 0; s < network.springs.size(); ++s)
-      sum += materials::spring_energy(network.springs[s], moved(network.ends[s][0]),
-                                      moved(network.ends[s][1]));
-    return sum;
-  };
-  constexpr double e = 1e-5;
-  const double c11 = 2 * energy(e, 0, 0) / (e * e), c22 = 2 * energy(0, e, 0) / (e * e);
-  return {c11, energy(e, e, 0) / (e * e) - 0.5 * (c11 + c22), 2 * energy(0, 0, e) / (e * e)};
-}
-
 // E h = 900 N/m, nu = 1/3, G h = E h / (2 (1 + nu)) by refinement: the values of two lattices are
 // extrapolated to cells of no size.
 TEST(Fabric, SpringLatticesHaveTheirConstants) {
-  const LatticeModuli coarse = lattice(16), fine = lattice(32);
-  const auto limit = [](double at16, double at32) { return 2 * at32 - at16; };
-  const double c11 = limit(coarse.c11, fine.c11), c12 = limit(coarse.c12, fine.c12),
-               c66 = limit(coarse.c66, fine.c66);
-  EXPECT_NEAR((c11 * c11 - c12 * c12) / c11, 900, 0.9);
-  EXPECT_NEAR(c12 / c11, 1.0 / 3, 1.0 / 3000);
-  EXPECT_NEAR(c66, 900 / (2 * (1 + 1.0 / 3)), 0.34);
+  const Case lattice = benchmark_case("spring_lattice");
+  const bench::LatticeModuli limit = bench::refined_moduli(lattice, 32);
+  EXPECT_NEAR(limit.stretch_stiffness(), 900, 0.9);
+  EXPECT_NEAR(limit.poisson_ratio(), 1.0 / 3, 1.0 / 3000);
+  EXPECT_NEAR(limit.c66, 900 / (2 * (1 + 1.0 / 3)), 0.34);
   // The error halves with the cells.
-  EXPECT_NEAR((coarse.c11 - c11) / (fine.c11 - c11), 2, 0.05);
+  const double coarse = bench::lattice_moduli(lattice, 16).c11,
+               fine = bench::lattice_moduli(lattice, 32).c11;
+  EXPECT_NEAR((coarse - limit.c11) / (fine - limit.c11), 2, 0.05);
 }
 
 // A stretched sheet is let go: without damping its energy stays, and the swing of the energy goes

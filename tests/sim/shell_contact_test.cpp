@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "bench/dropped_shells.h"
 #include "sim/scene/spline_sampling.h"
 #include "sim/simulation/simulation.h"
 #include "simulated_case.h"
@@ -10,42 +11,8 @@
 namespace weft::sim::shell_contact_test {
 namespace {
 
-// A body's surface in triangles: cloth and obstacles in their own, shells in those between 6 x 6
-// points per element.
-struct FineSurface {
-  FineSurface(const SceneBody& body, std::span<const Vec3> particles)
-      : points(particles.begin(), particles.end()), triangles(body.mesh.triangles) {
-    if (!body.spline) return;
-    constexpr int samples = 6;
-    const auto& [u, v] = body.spline->patches()[0];
-    const bsi::Patch& patch = body.atlas.patches()[0];
-    const int cols = samples * u.elements() + (patch.wrap_u ? 0 : 1);
-    const int rows = samples * v.elements() + (patch.wrap_v ? 0 : 1);
-    std::vector<SplineSurface::Place> places;
-    for (int i = 0; i < rows * cols; ++i)
-      places.push_back({0, 1.0 * (i % cols) / samples, 1.0 * (i / cols) / samples});
-    std::vector<Vec3> room;
-    const SurfaceMap map = body.spline->map_to(body.atlas, places);
-    map.points_of(particles, rows * cols, room);
-    points = room;
-    triangles =
-        bsi::build_mesh(
-            bsi::Atlas(
-                {{.rows = rows, .cols = cols, .wrap_u = patch.wrap_u, .wrap_v = patch.wrap_v}}))
-            .triangles;
-  }
-  std::vector<Vec3> points;
-  std::vector<std::array<int, 3>> triangles;
-};
-
-int fine_crossings(const Scene& scene, std::span<const Vec3> position) {
-  std::vector<FineSurface> surfaces;
-  for (const SceneBody& body : scene.bodies)
-    surfaces.emplace_back(body, position.subspan(body.first_particle, body.particle_count()));
-  std::vector<CrossingSurface> views;
-  for (std::size_t b = 0; b < surfaces.size(); ++b)
-    views.push_back({surfaces[b].points, surfaces[b].triangles, scene.bodies[b].dynamic});
-  return static_cast<int>(find_crossings(views).size());
+std::string path_of(const std::string& name) {
+  return WEFT_CASES_DIR "/benchmarks/" + name + ".toml";
 }
 
 std::vector<Vec3> all_positions(const Simulation& simulation) {
@@ -65,64 +32,29 @@ bending_damping = 1e-3
 stiffness_damping = 1e-3
 )";
 
-// A flexible sheet falls on a ball and wraps around its top.
-const std::string on_sphere = R"(
-[time]
-duration = 0.3
-[contact]
-range = 3e-3
-)" + plastic +
-                              R"(
-[[body]]
-name = "sheet"
-velocity = [0, 0, -1.5]
-position = [0.01, 0.02, 0.106]
-shape = { type = "rectangle", size = [0.3, 0.3], resolution = [9, 9] }
-[[obstacle]]
-name = "ball"
-shape = { type = "sphere", radius = 0.1, resolution = [9] }
-)";
-
-// A curved tile, 8 mm above and its outside down, falls on cloth that hangs between four edges.
-const std::string on_cloth = R"(
-[time]
-duration = 0.25
-[contact]
-range = 3e-3
-)" + plastic +
-                             R"(
-[material.cotton]
-density = 0.2
-membrane_stiffness = 500
-stiffness_damping = 1e-3
-[[body]]
-name = "tile"
-material = "plastic"
-velocity = [0, 0, -1]
-position = [0.02, 0.01, 0.128]
-rotation_deg = [0, 70, 0]
-shape = { type = "cylinder", radius = 0.1, length = 0.15, angle_deg = 80, resolution = [7, 9] }
-[[body]]
-name = "cloth"
-material = "cotton"
-shape = { type = "rectangle", size = [0.4, 0.4], resolution = [13, 13] }
-pin = [{ edges = ["first_row", "last_row", "first_col", "last_col"] }]
-)";
-
-class Falling : public testing::TestWithParam<std::string> {};
-TEST_P(Falling, ShellsStayOnTheirSide) {
-  Simulation simulation(build_scene(parse_case(GetParam(), "test.toml")));
-  ASSERT_EQ(fine_crossings(simulation.scene(), all_positions(simulation)), 0);
-  bool touched = false;
-  for (int frame = 0; frame < 10; ++frame) {
-    const auto failure = simulation.advance(simulation.scene().source.time.duration / 10);
-    ASSERT_FALSE(failure) << failure->text;
-    touched |= simulation.contact_pairs() > 0;
-    EXPECT_EQ(fine_crossings(simulation.scene(), all_positions(simulation)), 0) << frame;
+// At the start and at ten later times.
+TEST(ShellContact, SurfacesNeverCross) {
+  for (const char* name : {"shell_on_sphere", "shell_on_cloth"}) {
+    const bench::ShellDrop drop = bench::drop_shell(read_case(path_of(name)));
+    EXPECT_EQ(drop.crossings, 0) << name;
+    EXPECT_TRUE(drop.touched) << name;
   }
-  EXPECT_TRUE(touched);
 }
-INSTANTIATE_TEST_SUITE_P(All, Falling, testing::Values(on_sphere, on_cloth));
+
+// A sheet that starts across the ball, and one above it.
+TEST(ShellContact, CrossingsAreCounted) {
+  const auto count = [](const std::string& height) {
+    const auto scene = build_scene(
+        read_case(path_of("shell_on_sphere"), {"body.sheet.position=[0,0," + height + "]"}));
+    Statistics statistics;
+    Dynamics dynamics(*scene, statistics);
+    std::vector<Vec3> position, velocity;
+    dynamics.expand_all(0, dynamics.initial_state(), position, velocity);
+    return bench::surface_crossings(*scene, position);
+  };
+  EXPECT_GT(count("0.05"), 20);
+  EXPECT_EQ(count("0.106"), 0);
+}
 
 // The momentum (kg m/s) and the angular momentum (kg m^2/s) of all dynamic bodies.
 std::pair<Vec3, Vec3> momenta(const Simulation& simulation) {
@@ -185,7 +117,7 @@ shape = { type = "rectangle", size = [0.2, 0.2], resolution = [7, 7] }
   }
   EXPECT_TRUE(touched);
   EXPECT_GT(way, 0.1);
-  EXPECT_EQ(fine_crossings(simulation.scene(), all_positions(simulation)), 0);
+  EXPECT_EQ(bench::surface_crossings(simulation.scene(), all_positions(simulation)), 0);
 }
 
 // Distance of a point from the triangles of a surface, m.
@@ -239,7 +171,7 @@ TEST(SplineSampling, BoundsTheDistanceOfTheSurfaceFromItsTriangles) {
 
 // A shell that is bent at rest keeps its surface apart by its own thickness.
 TEST(ShellContact, ThicknessCoversTheRestSurface) {
-  const auto scene = build_scene(parse_case(on_cloth, "test.toml"));
+  const auto scene = build_scene(read_case(path_of("shell_on_cloth")));
   const SceneBody& tile = scene->bodies[0];
   const double bound = deviation_from_samples(tile.atlas, *tile.spline, tile.rest);
   EXPECT_NEAR(tile.thickness, 1e-3 + 2 * bound, 1e-12);

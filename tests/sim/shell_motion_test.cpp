@@ -359,6 +359,43 @@ TEST(ShellMotion, TolerancesAreKept) {
   }
 }
 
+// A steel plate that swings far, without damping. Steps of order p go with the (p+1)-th root of the
+// tolerance, and errors with its power p / (p + 1).
+TEST(ShellMotion, ErrorsFallWithTheToleranceByEveryMethod) {
+  const auto positions = [](const std::string& name, double tolerance) {
+    Simulation plate(build_scene(
+        read_case(WEFT_CASES_DIR "/plucked_plate.toml",
+                  method(name, {"time.duration=0.1", key("position_tolerance", tolerance),
+                                key("relative_tolerance", 10 * tolerance)}))));
+    std::vector<std::vector<Vec3>> frames;
+    for (const double time : {0.05, 0.1}) {
+      if (const auto failure = plate.advance(time - plate.time())) ADD_FAILURE() << failure->text;
+      frames.push_back(plate.position("plate"));
+    }
+    return frames;
+  };
+  const auto exact = positions("cvode", 1e-8);
+  const auto error_of = [&](const std::string& name, double tolerance) {
+    const auto found = positions(name, tolerance);
+    double largest = 0;
+    for (std::size_t frame = 0; frame < exact.size(); ++frame) {
+      for (std::size_t i = 0; i < exact[frame].size(); ++i)
+        largest = std::max(largest, (found[frame][i] - exact[frame][i]).norm());
+    }
+    return largest;
+  };
+  struct Ladder {
+    const char* name;
+    double loose, order;
+  };
+  for (const auto& [name, loose, order] :
+       {Ladder{"cvode", 1e-5, 2}, Ladder{"arkode", 1e-4, 2}, Ladder{"euler", 1e-4, 1}}) {
+    const double coarse = error_of(name, loose), fine = error_of(name, loose / 100);
+    EXPECT_GT(coarse / fine, 0.4 * std::pow(100, order / (order + 1))) << name << ' ' << coarse;
+    EXPECT_GT(fine, 1e-7) << name;  // the reference is exact enough
+  }
+}
+
 // Without damping the energy of a large swing stays.
 TEST(ShellMotion, KeepsItsEnergy) {
   const auto drift = [](const Overrides& options, double duration) {

@@ -1,8 +1,7 @@
 // Limits of principal stretches: held by every method, reported when nothing can hold them.
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <cmath>
 
+#include "bench/cloth_runs.h"
 #include "sim/base/failure.h"
 #include "sim/case/case_error.h"
 #include "sim/run/initial_state.h"
@@ -36,35 +35,10 @@ shape = { type = "rectangle", size = [0.5, 0.5], resolution = [9, 9] }
 corners = ["last_first", "last_last"]
 )";
 
-// The largest principal strain of all triangles, from singular values.
-double largest_strain(const Scene& scene, std::span<const Vec3> position) {
-  double largest = -1;
-  for (const SceneBody& body : scene.bodies) {
-    if (!body.dynamic) continue;
-    for (const auto& [a, b, c] : body.mesh.triangles) {
-      const auto sides_of = [&](const auto& x, int first) {
-        Eigen::Matrix<double, 3, 2> sides;
-        sides << x[first + b] - x[first + a], x[first + c] - x[first + a];
-        return sides;
-      };
-      const Eigen::Matrix<double, 3, 2> rest = sides_of(body.rest, 0);
-      const Vec3 along = rest.col(0).normalized();
-      const Vec3 normal = along.cross(rest.col(1)).normalized();
-      Eigen::Matrix<double, 3, 2> frame;
-      frame << along, normal.cross(along);
-      const Eigen::Matrix2d in_plane = frame.transpose() * rest;
-      const Eigen::JacobiSVD<Eigen::Matrix<double, 3, 2>> decomposed(
-          sides_of(position, body.first_particle) * in_plane.inverse());
-      largest = std::max(largest, decomposed.singularValues()[0] - 1);
-    }
-  }
-  return largest;
-}
-
 double strain_of(Simulation& simulation, std::span<const double> y, double time) {
   std::vector<Vec3> position, velocity;
   simulation.dynamics().expand_all(time, y, position, velocity);
-  return largest_strain(simulation.scene(), position);
+  return bench::largest_strain(simulation.scene(), position);
 }
 
 struct Method {
@@ -106,22 +80,15 @@ motion = { keyframes = [{ time = 0.2, translation = [0.05, 0, 0] }] }
 
 }  // namespace
 
+// At the ends of all steps, and in their middle.
 TEST(StrainLimit, HoldsUnderTenTimesTheWeightByEveryMethod) {
   for (const auto& [name, more] : all_methods) {
     SCOPED_TRACE(name + (more.empty() ? "" : ", " + more.back()));
-    Simulation simulation = simulation_of(heavy_sheet, method(name, more));
-    double largest = 0;
-    std::vector<double> y(simulation.state().size());
-    while (simulation.time() < 0.15) {
-      if (const auto failure = simulation.step()) FAIL() << failure->text;
-      const double strain = strain_of(simulation, simulation.state(), simulation.time());
-      EXPECT_LT(strain, 0.05) << "at the end of the step to " << simulation.time() << " s";
-      largest = std::max(largest, strain);
-      const double middle = simulation.time() - 0.5 * simulation.integrator().last_step();
-      ASSERT_FALSE(simulation.state_at(middle, y));
-      EXPECT_LT(strain_of(simulation, y, middle), 0.05) << "within the step";
-    }
-    EXPECT_GT(largest, 0.04);  // it was put to the test
+    const auto [at_ends, within] = bench::largest_strains(
+        read_case(WEFT_CASES_DIR "/benchmarks/strain_limit.toml", method(name, more)));
+    EXPECT_LT(at_ends, 0.05);
+    EXPECT_LT(within, 0.05);
+    EXPECT_GT(at_ends, 0.04);  // it was put to the test
   }
 }
 

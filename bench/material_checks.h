@@ -1,0 +1,15 @@
+// Materials: laws of membranes, limits of strain, damping and creases.
+#pragma once
+
+#include <vector>
+
+#include "bench/table_part.h"
+
+namespace weft::bench {
+
+std::vector<CaseCheck> material_checks();
+
+// The energy of triangle springs on random triangles, without a case.
+TablePart triangle_springs_part();
+
+}  // namespace weft::bench
