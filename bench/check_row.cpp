@@ -55,7 +55,8 @@ nlohmann::json json_of(const CheckRow& row) {
                       {"reference", nullptr}, {"cpu_s", row.cpu_s}, {"source", nullptr},
                       {"quantity", nullptr}};
   if (!row.case_path.empty()) json["case"] = row.case_path;
-  if (row.is_limited()) json["limit"] = row.limit;
+  if (row.bound == Bound::error) json["limit"] = row.limit;
+  if (row.bound == Bound::at_most) json["limit"] = 0;
   if (!row.failure.empty()) {
     json[row.skipped ? "skipped" : "failure"] = row.failure;
     return json;
@@ -71,12 +72,12 @@ nlohmann::json json_of(const CheckRow& row) {
 }
 
 void print_heading(const char* what) {
-  std::printf("%-48s %-11s %-21s %12s %12s %11s %9s %9s\n", what, "image", "quantity", "value",
+  std::printf("%-50s %-11s %-21s %12s %12s %11s %9s %9s\n", what, "image", "quantity", "value",
               "reference", "error", "limit", "cpu_s");
 }
 
 void print_row(const CheckRow& row) {
-  std::printf("%-48s %-11s ", row.check.c_str(), image_of(row).c_str());
+  std::printf("%-50s %-11s ", row.check.c_str(), image_of(row).c_str());
   if (!row.failure.empty()) {
     std::printf("%s\n", row.failure.c_str());
     return;

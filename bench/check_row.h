@@ -42,11 +42,11 @@ struct CheckRow {
     const double excess = value - reference;
     return (bound == Bound::at_most ? std::max(excess, 0.0) : std::abs(excess)) / scale;
   }
-  bool is_limited() const { return bound == Bound::error || bound == Bound::at_most; }
   bool holds() const {
     if (skipped) return true;
     if (!failure.empty()) return false;
-    return !is_limited() || error() <= limit;
+    if (bound == Bound::at_most) return error() == 0;
+    return bound != Bound::error || error() <= limit;
   }
 };
 

@@ -1,4 +1,4 @@
-// What runs of cloth show of its material: strains, decay of vibrations, creases.
+// Measurements on runs of cloth that show its material: strains, decay of vibrations, creases.
 #pragma once
 
 #include <span>

@@ -11,7 +11,8 @@ struct ElasticaTip {
 };
 
 // Returns the exact solution (Bisshopp and Drucker 1945) for `load` = P L^2 / (E I) > 0. With a =
-// sqrt(load), the modulus p and sin phi = 1 / (p sqrt 2), the angle of the tip follows from a = K(p)
+// sqrt(load), the modulus p and sin phi = 1 / (p sqrt 2), the angle of the tip follows from a =
+// K(p)
 // - F(p, phi). Then across = 1 - 2 (E(p) - E(p, phi)) / a and inward = 1 - 2 p cos phi / a.
 inline ElasticaTip end_load_elastica(double load) {
   const double a = std::sqrt(load);

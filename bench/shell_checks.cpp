@@ -20,7 +20,8 @@ std::vector<Measured> measure_end_shear(const FramedBody& strip, int frame) {
   if (frame == 0) return {};
   const ElasticaTip exact = end_load_elastica(0.2 * frame);
   const sim::Vec3 way = strip.way(0, -1) / 10;
-  const std::string source = "inextensible elastica, elliptic integrals (Bisshopp and Drucker 1945)";
+  const std::string source =
+      "inextensible elastica, elliptic integrals (Bisshopp and Drucker 1945)";
   return {relative("inward", -way.x(), {exact.inward, source}),
           relative("across", way.z(), {exact.across, source})};
 }

@@ -78,6 +78,7 @@ std::vector<TablePart> table_parts() {
   add("modes", mode_checks());
   add("bending", cloth_checks());
   parts.push_back(triangle_springs_part());
+  add("lattices", lattice_checks());
   add("", material_checks());
   std::ranges::move(shell_drops(), std::back_inserter(parts));
   parts.push_back({.checks = comparison_names(),

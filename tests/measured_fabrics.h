@@ -104,8 +104,8 @@ inline double tabulated_work(const MeasuredFabric& fabric, double e11, double e2
   };
   double measure = major;
   if (both) {
-    measure += (major + minor) *
-               (15 * q * q - 10 * std::pow(q, 4) + 3 * std::pow(q, 6) - 8 * q) / 16;
+    measure +=
+        (major + minor) * (15 * q * q - 10 * std::pow(q, 4) + 3 * std::pow(q, 6) - 8 * q) / 16;
   }
   // h = int 2 t s(t) dt by the trapezoidal rule, in t^2.
   double h = 0;

@@ -96,8 +96,8 @@ PointStray Contact::on_surface(const PathStray& stray) {
 }
 
 // Returns how far curved surfaces leave their triangles on the straight paths start -> end. Second
-// derivatives are linear functions of the control points, so the bound of a surface on the way is no
-// larger than at one of the ends.
+// derivatives are linear functions of the control points, so the bound of a surface on the way is
+// no larger than at one of the ends.
 CurveStray Contact::curve_of(std::span<const Vec3> start, std::span<const Vec3> end,
                              double covered) {
   if (curved_bodies_.empty()) return {};
@@ -345,14 +345,29 @@ std::optional<ContactFault> Contact::check_path(const PlacedParticles& start,
   const PlacedPoints from = on_surface(start, start_), to = on_surface(end, end_);
   // Half the mean of two thicknesses keeps features apart on their paths: a quarter of either.
   const CurveStray curve = curve_of(start.position, end.position, 0.25);
-  return on_particles(surface_.check_path(from, to, on_surface(stray), curve), end.position);
+  const PointStray strays = on_surface(stray);
+  auto fault = on_particles(surface_.check_path(from, to, strays, curve), end.position);
+  return fault ? fault : check_curved(start, end, from, to, strays, curve);
+}
+
+// Checks the pairs that the last check of triangles left open.
+std::optional<ContactFault> Contact::check_curved(const PlacedParticles& start,
+                                                  const PlacedParticles& end,
+                                                  const PlacedPoints& from, const PlacedPoints& to,
+                                                  const PointStray& stray,
+                                                  const CurveStray& curve) {
+  if (surface_.open().empty()) return std::nullopt;
+  if (!curved_paths_) curved_paths_.emplace(scene_);
+  return curved_paths_->find_fault(surface_.open(), {start.position, end.position, from, to}, stray,
+                                   curve, obstacles());
 }
 
 std::optional<ContactFault> Contact::check_crossing(const PlacedParticles& start,
                                                     const PlacedParticles& end) {
   const PlacedPoints from = on_surface(start, start_), to = on_surface(end, end_);
   const CurveStray curve = curve_of(start.position, end.position, 0);
-  return on_particles(surface_.check_crossing(from, to, curve), end.position);
+  auto fault = on_particles(surface_.check_crossing(from, to, curve), end.position);
+  return fault ? fault : check_curved(start, end, from, to, {}, curve);
 }
 
 std::optional<ContactFault> Contact::check_state(std::span<const Vec3> position,

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/contact/curved_paths.h"
 #include "sim/contact/surface_contact.h"
 #include "sim/matrix/block_matrix.h"
 
@@ -123,8 +124,9 @@ class Contact {
   // Returns a fault unless every pair of features that ContactSearch covers provably stays apart
   // and ends with a positive gap. The proof covers the straight paths start -> end and all paths
   // that deviate from them by at most `stray`. The curved surfaces of shells, too, provably stay
-  // apart on the straight paths: features keep a distance no smaller than the distances by which
-  // the surfaces may leave their triangles at the start or the end (raise_to_deviations()).
+  // apart: features keep a distance no smaller than the distances by which the surfaces may leave
+  // their triangles at the start or the end (raise_to_deviations()), or smaller triangles on the
+  // surfaces do (CurvedPaths).
   [[nodiscard]] std::optional<ContactFault> check_path(const PlacedParticles& start,
                                                        const PlacedParticles& end,
                                                        const PathStray& stray = {});
@@ -175,6 +177,9 @@ class Contact {
   void map_bodies(bool obstacles_too, std::span<const Vec3> from, std::vector<Vec3>& to) const;
   PointStray on_surface(const PathStray& stray);
   CurveStray curve_of(std::span<const Vec3> start, std::span<const Vec3> end, double covered);
+  std::optional<ContactFault> check_curved(const PlacedParticles& start, const PlacedParticles& end,
+                                           const PlacedPoints& from, const PlacedPoints& to,
+                                           const PointStray& stray, const CurveStray& curve);
   std::optional<ContactFault> on_particles(std::optional<ContactFault> fault,
                                            std::span<const Vec3> position) const;
   template <class Use>
@@ -199,6 +204,7 @@ class Contact {
   // m, by body: bound of the distance of a shell that is not dynamic from its triangles
   std::vector<double> held_deviation_;
   std::vector<double> body_curve_, point_curve_;  // m, by body and by dynamic point
+  std::optional<CurvedPaths> curved_paths_;       // made when it is first needed
 };
 
 template <class Visit>

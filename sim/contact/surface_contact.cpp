@@ -68,10 +68,12 @@ std::string ContactFault::describe(const Scene& scene) const {
              " (gap " + rounded_text(gap) + " m)";
     case Kind::curved:
       return "the curved surfaces at " + name(nodes[0]) + " and " + name(nodes[3]) +
-             " may pass through each other: between the points on which contact acts they may leave "
+             " may pass through each other: between the points on which contact acts they may "
+             "leave "
              "their triangles by " +
              rounded_text(gap) +
-             " m, and these are not kept farther apart (a finer image, or a larger thickness of the "
+             " m, and these are not kept farther apart (a finer image, or a larger thickness of "
+             "the "
              "body, covers more)";
     case Kind::in_reach:
       return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
@@ -423,6 +425,7 @@ std::optional<ContactFault> SurfaceContact::check_crossing(const PlacedPoints& s
 std::optional<ContactFault> SurfaceContact::find_path_fault(const PlacedPoints& start,
                                                             const PlacedPoints& end,
                                                             const PathDemand& demand) {
+  open_.clear();
   std::span<const double> reach = demand.stray.body;
   if (!demand.curve.body.empty()) {
     body_reach_.assign(demand.curve.body.begin(), demand.curve.body.end());
@@ -440,23 +443,23 @@ std::optional<ContactFault> SurfaceContact::find_path_fault(const PlacedPoints& 
     statistics_.counters.narrow_phase_calls += count;
     statistics_.counters.ccd_calls += count;
     std::vector<std::optional<ContactFault>> faults((count + chunk_size - 1) / chunk_size);
+    std::vector<std::vector<OpenPair>> open(faults.size());
     parallel_chunks(count, scene_.threads, [&](int first, int last) {
-      faults[first / chunk_size] =
-          check_part(group, first, last, start.position(), end.position(), demand);
+      faults[first / chunk_size] = check_part(group, first, last, start.position(), end.position(),
+                                              demand, open[first / chunk_size]);
     });
     for (const auto& fault : faults)
       if (fault) return fault;
+    for (const auto& part : open) open_.insert(open_.end(), part.begin(), part.end());
   }
   return std::nullopt;
 }
 
 // Returns the first fault of the pairs first .. last - 1. A cheap test finds most pairs free of
 // faults.
-std::optional<ContactFault> SurfaceContact::check_part(const PairGroup& group, std::size_t first,
-                                                       std::size_t last,
-                                                       std::span<const Vec3> start,
-                                                       std::span<const Vec3> end,
-                                                       const PathDemand& demand) const {
+std::optional<ContactFault> SurfaceContact::check_part(
+    const PairGroup& group, std::size_t first, std::size_t last, std::span<const Vec3> start,
+    std::span<const Vec3> end, const PathDemand& demand, std::vector<OpenPair>& open) const {
   // If a gap is demanded, the end must keep the whole thickness, but the path only half of it. A
   // path is therefore refused only if it comes clearly closer than its end.
   const double half = demand.gap ? 0.5 * group.thickness : 0.0;
@@ -494,7 +497,7 @@ std::optional<ContactFault> SurfaceContact::check_part(const PairGroup& group, s
     if (curve == 0 || !is_safe(separation))
       return ContactFault{ContactFault::Kind::crossing, pair.nodes, gap};
     const double left_by = curve + 2 * demand.curve.covered * group.thickness;
-    return ContactFault{ContactFault::Kind::curved, pair.nodes, left_by};
+    open.push_back({pair.nodes, pair.edges ? 2 : 1, left_by});
   }
   return std::nullopt;
 }

@@ -26,8 +26,8 @@ struct ContactFault {
   // is a point in results of SurfaceContact, and a particle in results of Contact. In a fault of
   // kind overstretched, which only Dynamics finds, the first entry is a particle.
   std::array<int, 4> nodes{-1, -1, -1, -1};
-  // m. In a fault of kind curved, the distance by which both curved surfaces may leave the triangles
-  // of the pair.
+  // m. In a fault of kind curved, the distance by which both curved surfaces may leave the
+  // triangles of the pair.
   double gap = 0;
   std::string describe(const Scene& scene) const;
   // Returns a particle at which the fault occurred. It is the particle with the largest weight in
@@ -47,6 +47,14 @@ struct PointStray {
 // the covered part as a fraction of a body's thickness. The lists are empty if nothing is left.
 struct CurveStray : PointStray {
   double covered = 0;
+};
+
+// A pair of features that keep apart on a path, though perhaps not by as much as curved surfaces
+// may leave them. Points 0 .. split - 1 belong to the first feature.
+struct OpenPair {
+  std::array<int, 4> nodes{};
+  int split = 1;
+  double left_by = 0;  // m, by which both curved surfaces may leave the triangles of the pair
 };
 
 // Forces (N) from the slope of the mollifier on the four points of two nearly parallel edges.
@@ -97,8 +105,9 @@ class SurfaceContact {
 
   // Returns a fault unless every pair of features that ContactSearch covers provably stays apart
   // and ends with a positive gap. The proof covers the straight paths start -> end and all paths
-  // that deviate from them by at most `stray`. Features keep at least half their thickness, plus
-  // `stray`, plus `curve`: curved surfaces that leave them by no more stay apart, too.
+  // that deviate from them by at most `stray`. The pairs in open() keep apart likewise, but not by
+  // `curve` more. Curved surfaces that leave their triangles by no more than `curve`, and what
+  // thickness covers, therefore stay apart except around open pairs.
   [[nodiscard]] std::optional<ContactFault> check_path(const PlacedPoints& start,
                                                        const PlacedPoints& end,
                                                        const PointStray& stray,
@@ -108,6 +117,8 @@ class SurfaceContact {
   [[nodiscard]] std::optional<ContactFault> check_crossing(const PlacedPoints& start,
                                                            const PlacedPoints& end,
                                                            const CurveStray& curve = {});
+  // Returns the open pairs of the last check_path() or check_crossing().
+  std::span<const OpenPair> open() const { return open_; }
   // Sets *smallest_gap to the smallest gap (m) of the candidates at `position`, or to infinity if
   // there are no candidates. The candidates include all pairs within the range. Returns a fault if
   // a gap is not positive, or if a position is not finite.
@@ -190,7 +201,8 @@ class SurfaceContact {
                                               const PathDemand& demand);
   std::optional<ContactFault> check_part(const PairGroup& group, std::size_t first,
                                          std::size_t last, std::span<const Vec3> start,
-                                         std::span<const Vec3> end, const PathDemand& demand) const;
+                                         std::span<const Vec3> end, const PathDemand& demand,
+                                         std::vector<OpenPair>& open) const;
 
   const Scene& scene_;
   Statistics& statistics_;
@@ -200,7 +212,8 @@ class SurfaceContact {
   std::vector<Vec3> rest_;                   // rest positions of all points, m
   std::vector<bsi::SurfaceTerms> surfaces_;  // by body
   std::vector<double> body_reach_;           // m, by body: strays of a path and of curved surfaces
-  std::vector<int> moving_obstacles_;        // indices of bodies that move and are not dynamic
+  std::vector<OpenPair> open_;
+  std::vector<int> moving_obstacles_;  // indices of bodies that move and are not dynamic
   PlacedMarks marks_;
   std::vector<Vec3> spins_;  // angular velocities, rad/s, by body; zero except for moving obstacles
   std::vector<char> touched_;

@@ -115,10 +115,10 @@ void refuse_strain(const Scene& scene) {
   const int particle = limit ? limit->find_beyond_limit(start) : -1;
   if (particle < 0) return;
   const int body = scene.case_index(scene.body_index_of_particle(particle));
-  throw CaseError(scene.source.body[body].location,
-                  "at the start the membrane exceeds its strain_limit at " +
-                      scene.describe_particle(particle),
-                  "expected a larger strain_limit, or a start that is stretched less");
+  throw CaseError(
+      scene.source.body[body].location,
+      "at the start the membrane exceeds its strain_limit at " + scene.describe_particle(particle),
+      "expected a larger strain_limit, or a start that is stretched less");
 }
 
 }  // namespace

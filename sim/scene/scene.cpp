@@ -34,10 +34,10 @@ void refuse_flat_triangles(const SceneBody& body, const SourceLocation& where) {
     // of all other triangles by far.
     if (u.cross(v).norm() > 1e-10 * (u.squaredNorm() + v.squaredNorm())) continue;
     const bsi::TexelAddress at = body.atlas.quad_address(static_cast<int>(t / 2));
-    throw CaseError(where, "the rest shape of \"" + body.name +
-                               "\" has a triangle without area at patch " +
-                               std::to_string(at.patch) + ", row " + std::to_string(at.row) +
-                               ", column " + std::to_string(at.col),
+    throw CaseError(where,
+                    "the rest shape of \"" + body.name +
+                        "\" has a triangle without area at patch " + std::to_string(at.patch) +
+                        ", row " + std::to_string(at.row) + ", column " + std::to_string(at.col),
                     "expected vertices that do not coincide or lie on one line");
   }
 }

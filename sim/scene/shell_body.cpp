@@ -53,15 +53,14 @@ int nearest_image_point(const SplineAxis& axis, double parameter) {
 [[noreturn]] void refuse_rest(const SceneBody& body, const BodyCase& from,
                               const SplineSurface::Place& place) {
   const auto& [u, v] = body.spline->patches()[place.patch];
-  std::string where = " near row " + std::to_string(nearest_image_point(v, place.v)) +
-                      ", column " + std::to_string(nearest_image_point(u, place.u)) +
-                      " of the image";
+  std::string where = " near row " + std::to_string(nearest_image_point(v, place.v)) + ", column " +
+                      std::to_string(nearest_image_point(u, place.u)) + " of the image";
   if (body.spline->patches().size() > 1) where += " of patch " + std::to_string(place.patch);
-  throw CaseError(from.shape.location,
-                  "the rest surface of \"" + body.name +
-                      "\" has no area or folds back on itself" + where,
-                  "expected points that do not coincide, and a surface that turns by less than 90 "
-                  "degrees from each point of the image to the next");
+  throw CaseError(
+      from.shape.location,
+      "the rest surface of \"" + body.name + "\" has no area or folds back on itself" + where,
+      "expected points that do not coincide, and a surface that turns by less than 90 "
+      "degrees from each point of the image to the next");
 }
 
 }  // namespace
@@ -107,8 +106,10 @@ void visit_shell_mass(const SceneBody& body, const MassVisit& visit) {
 void require_regular_rest(const SceneBody& body, const BodyCase& from) {
   for (int p = 0; p < std::ssize(body.spline->patches()); ++p) {
     const auto& [u, v] = body.spline->patches()[p];
-    const std::vector<QuadraturePoint> along_u = u.gauss_points(mass_points),
-                                       along_v = v.gauss_points(mass_points);
+    std::vector<QuadraturePoint> along_u = u.gauss_points(mass_points),
+                                 along_v = v.gauss_points(mass_points);
+    std::ranges::sort(along_u, {}, &QuadraturePoint::parameter);
+    std::ranges::sort(along_v, {}, &QuadraturePoint::parameter);
     // The vector areas at the points of the row before and, so far, of this row.
     std::vector<Vec3> before, now;
     for (const QuadraturePoint& at_v : along_v) {
@@ -116,8 +117,8 @@ void require_regular_rest(const SceneBody& body, const BodyCase& from) {
       for (std::size_t i = 0; i < along_u.size(); ++i) {
         const SplineSurface::Place place{p, along_u[i].parameter, at_v.parameter};
         const Vec3 area = area_vector(body, body.spline->at(body.atlas, place));
-        const bool turns = (i > 0 && area.dot(now.back()) <= 0) ||
-                           (!before.empty() && area.dot(before[i]) <= 0);
+        const bool turns =
+            (i > 0 && area.dot(now.back()) <= 0) || (!before.empty() && area.dot(before[i]) <= 0);
         if (turns || area.isZero(0)) refuse_rest(body, from, place);
         now.push_back(area);
       }

@@ -21,9 +21,9 @@ void make_spline(SceneBody& body, const BodyCase& from);
 std::vector<Vec3> control_points_of(const SceneBody& body, const BodyCase& from,
                                     std::span<const Vec3> image);
 
-// Throws CaseError at the shape if the rest surface has no area at one of the 4 x 4 Gauss points per
-// element, or if its normals at neighbouring ones differ by 90 degrees or more: it is folded there.
-// Precondition: `rest` of the body has control points.
+// Throws CaseError at the shape if the rest surface has no area at one of the 4 x 4 Gauss points
+// per element, or if its normals at neighbouring ones differ by 90 degrees or more: it is folded
+// there. Precondition: `rest` of the body has control points.
 void require_regular_rest(const SceneBody& body, const BodyCase& from);
 
 // Calls visit(place, point, mass) for the quadrature points of a shell's mass, element by element.

@@ -12,7 +12,7 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-constexpr int samples_per_element = 2;  // number of samples per element along each axis
+constexpr int samples_per_element = SplineSampling::per_element;
 
 // Returns the parameters of the samples along an axis.
 std::vector<double> sample_parameters(const SplineAxis& axis, bool is_closed) {
@@ -112,8 +112,8 @@ double largest_second_derivative(const SplineSurface::Patch& patch, int element_
   return std::sqrt(uu) + 2 * std::sqrt(uv) + std::sqrt(vv);
 }
 
-// Calls visit(patch, element_u, element_v, bound) for each element. `bound` (m) is an upper bound of
-// the distance between the element and its triangles.
+// Calls visit(patch, element_u, element_v, bound) for each element. `bound` (m) is an upper bound
+// of the distance between the element and its triangles.
 template <class Visit>
 void visit_deviations(const bsi::Atlas& atlas, const SplineSurface& surface,
                       std::span<const Vec3> control_points, const Visit& visit) {
@@ -141,9 +141,8 @@ void visit_deviations(const bsi::Atlas& atlas, const SplineSurface& surface,
 double deviation_from_samples(const bsi::Atlas& atlas, const SplineSurface& surface,
                               std::span<const Vec3> control_points) {
   double largest = 0;
-  visit_deviations(
-      atlas, surface, control_points,
-      [&](int, int, int, double bound) { largest = std::max(largest, bound); });
+  visit_deviations(atlas, surface, control_points,
+                   [&](int, int, int, double bound) { largest = std::max(largest, bound); });
   return largest;
 }
 

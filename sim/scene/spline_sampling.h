@@ -12,6 +12,8 @@ namespace weft::sim {
 // Samples of a spline surface, as an image. Along each axis, they lie at the ends and in the middle
 // of the elements. Samples at the same point of a seam are one point.
 struct SplineSampling {
+  static constexpr int per_element = 2;  // number of samples per element along each axis
+
   SplineSampling(const bsi::Atlas& control_points, const SplineSurface& surface);
 
   bsi::Atlas atlas;  // image of the samples
@@ -30,8 +32,7 @@ double deviation_from_samples(const bsi::Atlas& atlas, const SplineSurface& surf
 // i, where it is lower. `samples` is the atlas of SplineSampling. The surface over a triangle is
 // therefore no farther from it than the largest entry of its three corners. O(control points).
 void raise_to_deviations(const bsi::Atlas& atlas, const SplineSurface& surface,
-                         const bsi::Atlas& samples,
-                         std::span<const Eigen::Vector3d> control_points,
+                         const bsi::Atlas& samples, std::span<const Eigen::Vector3d> control_points,
                          std::span<double> by_sample);
 
 }  // namespace weft::sim

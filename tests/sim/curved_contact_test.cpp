@@ -19,6 +19,7 @@ std::string gutter(double height, const std::string& more = "") {
   return R"(
 [time]
 duration = 0.1
+position_tolerance = 2e-6
 [world]
 gravity = [0, 0, 0]
 [contact]
@@ -223,8 +224,8 @@ TEST(CurvedContact, AFinerImageOrALargerThicknessGoesOn) {
   const double height = 3e-3 - lowest_at_zero().sample;
   for (const Overrides& overrides :
        std::vector<Overrides>{{"body.gutter.shape.resolution=[8, 33]"},
-                              {"body.gutter.thickness=6e-3", "body.gutter.position.2=" +
-                                                                 std::to_string(height + 3e-3)}}) {
+                              {"body.gutter.thickness=6e-3",
+                               "body.gutter.position.2=" + std::to_string(height + 3e-3)}}) {
     Simulation simulation = simulation_of(gutter(height), overrides);
     bool touched = false;
     while (simulation.time() < 0.02) {

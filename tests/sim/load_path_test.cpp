@@ -5,6 +5,9 @@
 
 #include "channel_run.h"
 #include "joint_cases.h"
+#include "sim/run/recorded_run.h"
+#include "sim/trajectory/trajectory.h"
+#include "tests/temporary_folder.h"
 
 namespace weft::sim::load_path_test {
 namespace {
@@ -59,6 +62,26 @@ TEST(LoadPath, EndsAtALimitPointWithTheLastGoodLoad) {
   EXPECT_LT(deflection, 11.5);
 }
 
+// The file ends with the last equilibrium, and with the reason.
+TEST(LoadPath, RecordsTheLastGoodLoadAndTheReason) {
+  const TemporaryFolder folder;
+  RunOptions options;
+  options.trajectory = folder.path("roof.h5");
+  const auto scene = build_scene(parse_case(roof_under_growing_load("stop"), "test.toml"));
+  const RunReport report = run_simulation(*scene, options);
+  EXPECT_EQ(report.status, RunReport::Status::failed);
+  const TrajectoryReader reader(options.trajectory);
+  const int last = reader.frames() - 1;
+  EXPECT_GT(reader.time(last), 0.735);
+  EXPECT_LT(reader.time(last), 0.745);
+  EXPECT_EQ(reader.series_values("negative_directions").back(), 0);
+  const double way = reader.positions(0, 0)[centre].x() - reader.positions(0, last)[centre].x();
+  EXPECT_GT(way, 9.5);
+  EXPECT_LT(way, 11.5);
+  EXPECT_EQ(reader.end()->reason, report.reason);
+  EXPECT_NE(report.reason.find("as at a limit point"), std::string::npos) << report.reason;
+}
+
 TEST(LoadPath, JumpsBeyondALimitPointIfAsked) {
   Simulation roof = simulation_of(roof_under_growing_load("jump"));
   const double start = roof.position("roof")[centre].x();
@@ -73,7 +96,7 @@ TEST(LoadPath, JumpsBeyondALimitPointIfAsked) {
 // iterations as the later ones.
 TEST(LoadPath, ForgetsTheWayToAJump) {
   Simulation roof = simulation_of(roof_under_growing_load("jump"));
-  const auto iterations = [&] { return roof.statistics().counters.newton_iterations; };
+  const auto iterations = [&] { return roof.counts().newton_iterations; };
   double deflection = roof.position("roof")[centre].x();
   std::vector<std::int64_t> after;
   while (roof.time() < 1 && after.size() < 3) {
@@ -93,9 +116,8 @@ TEST(LoadPath, ForgetsTheWayToAJump) {
 TEST(LoadPath, BeginsWithTheFirstLoadFactor) {
   double last = 0;
   for (const double factor : {0.02, 0.05, 0.1}) {
-    Simulation roof =
-        simulation_of(benchmark_text("hinged_roof_arc_length"),
-                      {"static.first_load_factor=" + std::to_string(factor)});
+    Simulation roof = simulation_of(benchmark_text("hinged_roof_arc_length"),
+                                    {"static.first_load_factor=" + std::to_string(factor)});
     ASSERT_FALSE(roof.step());
     const double reached = roof.integrator().path_point()->load_factor;
     EXPECT_LT(reached, factor);

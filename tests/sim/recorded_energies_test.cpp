@@ -76,8 +76,8 @@ shape = { type = "rectangle", size = [0.3, 0.2], resolution = [9, 25] }
   EXPECT_LE(values[1], values[0]);
 }
 
-// A piece of the weight W hangs by a seam of the length l and the stiffness K, which opens by W / (K
-// l) and stores W^2 / (2 K l).
+// A piece of the weight W hangs by a seam of the length l and the stiffness K, which opens by W /
+// (K l) and stores W^2 / (2 K l).
 TEST(RecordedEnergies, OfASeam) {
   const auto values = recorded(std::string(hanging) + R"(
 [[body]]
@@ -102,12 +102,12 @@ stiffness = 1e3
   const double weight = 0.2 * 0.2 * 0.2 * 10;
   const double exact = weight * weight / (2 * 1e3 * 0.2);
   ASSERT_EQ(values.size(), 2U);
-  EXPECT_EQ(values[0], 0);
+  EXPECT_LT(values[0], 1e-20);
   EXPECT_NEAR(values[1], exact, 0.02 * exact);
 }
 
-// Two pieces that start folded at their seam by an angle t store D L t^2 / (2 a) in the triangles of
-// the width a on both sides of the seam of the length L, if Poisson's ratio is 0.
+// Two pieces that start folded at their seam by an angle t store D L t^2 / (2 a) in the triangles
+// of the width a on both sides of the seam of the length L, if Poisson's ratio is 0.
 TEST(RecordedEnergies, OfBendingAcrossASeam) {
   const double angle = std::numbers::pi / 6;
   const auto number = [](double value) { return std::to_string(value * 1e6) + "e-6"; };
@@ -144,8 +144,8 @@ to_edge = "first_col"
   EXPECT_NEAR(values[0], exact, 1e-6 * exact);
 }
 
-// A sheet of two columns hangs by springs of the stiffness k at its upper corners. Each carries half
-// of the weight W, and both together store W^2 / (4 k). In an equilibrium k is 1e5 times the
+// A sheet of two columns hangs by springs of the stiffness k at its upper corners. Each carries
+// half of the weight W, and both together store W^2 / (4 k). In an equilibrium k is 1e5 times the
 // membrane's stiffness.
 TEST(RecordedEnergies, OfASupport) {
   const auto values = recorded(std::string(hanging) + R"(

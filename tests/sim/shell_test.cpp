@@ -83,8 +83,8 @@ TEST_P(EndShear, FollowsTheElastica) {
 }
 INSTANTIATE_TEST_SUITE_P(All, EndShear, testing::Values(std::pair(11, 3e-3), std::pair(19, 1e-4)));
 
-// The relative error of the displacement of a thin quarter arch (R = 1, h = 1e-3) that is clamped at
-// one end, under a radial force P at the other. The exact displacement is pi P R^3 / (4 E I).
+// The relative error of the displacement of a thin quarter arch (R = 1, h = 1e-3) that is clamped
+// at one end, under a radial force P at the other. The exact displacement is pi P R^3 / (4 E I).
 double error_of_arch(int degree, int columns) {
   constexpr double youngs_modulus = 1e9, thickness = 1e-3, width = 0.1;
   std::string text = shell_case(youngs_modulus, 0, thickness,
