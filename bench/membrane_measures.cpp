@@ -3,11 +3,14 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <stdexcept>
 
 #include "materials/spring.h"
 #include "sim/case/case_text.h"
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/springs.h"
+#include "sim/run/make_simulation.h"
+#include "sim/simulation/simulation.h"
 
 namespace weft::bench {
 
@@ -28,6 +31,21 @@ std::array<double, 2> pulls_of(const Case& sheet, const Vec3& stretch, double wa
   changed.body[0].warp_angle_deg = warp_angle_deg;
   const auto scene = sim::build_scene(changed);
   return membrane_pulls(*scene, scene->initial_position);
+}
+
+// Returns the place of the least value of a function that falls before it and rises after it, by
+// the golden section.
+double place_of_least(double from, double to, const auto& value_at) {
+  const double share = std::numbers::phi - 1;
+  while (to - from > 1e-9) {
+    const double first = to - share * (to - from), second = from + share * (to - from);
+    if (value_at(first) < value_at(second)) {
+      to = second;
+    } else {
+      from = first;
+    }
+  }
+  return 0.5 * (from + to);
 }
 
 }  // namespace
@@ -76,6 +94,43 @@ std::vector<FabricPull> biaxial_pulls(const Case& sheet, const MeasuredFabric& f
                      stretch * (tension[0] + tension[1])});
   }
   return pulls;
+}
+
+double published_work(const MeasuredFabric& fabric, double e11, double e22) {
+  constexpr int parts = 400;
+  double sum = 0;
+  for (int i = 0; i <= parts; ++i) {
+    const double t = static_cast<double>(i) / parts;
+    const auto s = published_tension(fabric, t * e11, t * e22, 0);
+    sum += (i == 0 || i == parts ? 1 : i % 2 == 1 ? 4 : 2) * (s[0] * e11 + s[1] * e22);
+  }
+  return sum / (3 * parts);
+}
+
+FabricPull free_pull(const Case& sheet, const MeasuredFabric& fabric, bool along_warp,
+                     double stretch) {
+  Case pulled = sheet;
+  sim::BodyCase& body = pulled.body.at(0);
+  const double length = body.shape.size.at(0), width = body.shape.size.at(1);
+  body.warp_angle_deg = along_warp ? 0 : 90;
+  for (sim::PinCase& pin : body.pin) {
+    if (pin.motion) pin.motion->keyframes.back().translation = {length * (stretch - 1), 0, 0};
+  }
+  sim::Simulation simulation = sim::make_simulation(pulled);
+  if (const auto failure = simulation.advance(pulled.time.duration))
+    throw std::runtime_error(failure->text);
+  const double force = membrane_pulls(simulation.scene(), simulation.position(body.name))[0];
+
+  const auto work = [&](double along, double across) {
+    const double pull = green_strain(along), side = green_strain(across);
+    return along_warp ? published_work(fabric, pull, side) : published_work(fabric, side, pull);
+  };
+  const double least = place_of_least(1 - 4 * (stretch - 1), 1 + 4 * (stretch - 1),
+                                      [&](double across) { return work(stretch, across); });
+  constexpr double step = 1e-4;
+  const double slope = (work(stretch + step, least) - work(stretch - step, least)) / (2 * step);
+  return {std::string(along_warp ? "warp, " : "weft, ") + sim::number_text(stretch), force,
+          slope * width};
 }
 
 LatticeModuli lattice_moduli(const Case& lattice, int n) {

@@ -29,6 +29,15 @@ std::vector<FabricPull> uniaxial_pulls(const sim::Case& sheet, const MeasuredFab
 // Stretches it alike along warp and weft: the sums of both forces per width, N/m.
 std::vector<FabricPull> biaxial_pulls(const sim::Case& sheet, const MeasuredFabric& fabric);
 
+// Returns the work per area (J/m^2) of the published tensions on the straight path to these Green
+// strains along warp and weft, by Simpson's rule.
+double published_work(const MeasuredFabric& fabric, double e11, double e22);
+// Pulls the sheet of pulled_fabric.toml along its warp or its weft, with free sides: the force, N.
+// That of the published law takes the width of the least work, and is the change of that work.
+// Throws std::runtime_error if the run fails.
+FabricPull free_pull(const sim::Case& sheet, const MeasuredFabric& fabric, bool along_warp,
+                     double stretch);
+
 // Plane moduli of a square lattice of springs, N/m.
 struct LatticeModuli {
   double c11 = 0, c12 = 0, c66 = 0;

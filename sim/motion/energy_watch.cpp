@@ -25,7 +25,8 @@ bool can_be_watched(const Dynamics& dynamics) {
     return false;
   const bool moves = std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
                                  [](const PrescribedMotion& held) { return held.moves; });
-  return !moves && !(dynamics.has_external_forces() && !scene.source.world.wind.is_zero());
+  return !moves && !dynamics.has_moving_points() &&
+         !(dynamics.has_external_forces() && !scene.source.world.wind.is_zero());
 }
 
 // Returns the diagonal (m) of the box around the dynamic bodies at the start.

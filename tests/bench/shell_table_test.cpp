@@ -83,6 +83,7 @@ TEST(ShellTable, HasEveryCheck) {
   for (const std::string& text : demanded()) EXPECT_TRUE(is_there(text)) << text;
   for (const std::string& fabric : fabrics()) {
     EXPECT_TRUE(is_there("uniaxial stretch, " + fabric)) << fabric;
+    EXPECT_TRUE(is_there("uniaxial pull, free sides, " + fabric)) << fabric;
     EXPECT_TRUE(is_there("biaxial stretch, " + fabric)) << fabric;
   }
 }

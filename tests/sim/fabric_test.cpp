@@ -105,19 +105,6 @@ TEST(Fabric, EitherForceOfABiaxialStretchIsNearThePublishedOne) {
   }
 }
 
-// The work of the published tensions per area on the straight path to a stretch along warp and
-// weft, by Simpson's rule.
-double published_work(const MeasuredFabric& fabric, double e11, double e22) {
-  constexpr int parts = 400;
-  double sum = 0;
-  for (int i = 0; i <= parts; ++i) {
-    const double t = static_cast<double>(i) / parts;
-    const auto s = published_tension(fabric, t * e11, t * e22, 0);
-    sum += (i == 0 || i == parts ? 1 : i % 2 == 1 ? 4 : 2) * (s[0] * e11 + s[1] * e22);
-  }
-  return sum / (3 * parts);
-}
-
 // A sheet of 3 x 5 vertices that is pulled along its warp or its weft with free sides.
 std::string pulled_sheet(const std::string& fabric, bool along_warp, double stretch) {
   return "[time]\nmethod = \"static\"\nduration = 1\nframes_per_second = 4\n"
@@ -146,8 +133,8 @@ void expect_published_work(const MeasuredFabric& fabric, bool along_warp, double
     EXPECT_LT((x[i] - uniform).norm(), 1e-6) << i;
   }
   const auto work = [&](double pulled, double across) {
-    return along_warp ? published_work(fabric, green(pulled), green(across))
-                      : published_work(fabric, green(across), green(pulled));
+    return along_warp ? bench::published_work(fabric, green(pulled), green(across))
+                      : bench::published_work(fabric, green(across), green(pulled));
   };
   for (const double change : {1e-3, -1e-3})
     EXPECT_GT(work(stretch, width + change), work(stretch, width));

@@ -77,6 +77,17 @@ TEST_P(PulledSquare, ContractsAsItsPoissonRatioSays) {
   EXPECT_NEAR(run.vector("reactions/square/pin_1/force").y(), 0, 1e-9 * force);
 }
 
+// Supports do work in a search for equilibria, too, and the energy watch must not take it for a
+// gain of the motion.
+TEST(SlidingSupport, PullsInASearchByPseudoSteps) {
+  Simulation square =
+      simulation_of(pulled_square(square_cloth), {"static.loading=\"proportional\""});
+  advance_to(square, 1);
+  const std::vector<Vec3> x = square.position("square");
+  EXPECT_NEAR((x[6] - x[0]).x(), 1.2, 1e-5);
+  EXPECT_NEAR((x[7 * 6 + 3] - x[3]).y(), std::sqrt(1 - 0.3 * (1.2 * 1.2 - 1)), 1e-4);
+}
+
 TEST(SlidingSupport, ForcesAndMatricesAgreeWithTheEnergy) {
   for (const std::string& material : {square_cloth, square_shell}) {
     std::string text = pulled_square(material);
