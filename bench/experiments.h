@@ -157,7 +157,8 @@ int run_skipping(const SkippingOptions& options);
 // Shells and cloth against closed forms and published figures, on cases/benchmarks/, and against
 // CalculiX where it is installed. Returns 1 if a row is beyond its limit.
 struct ShellsOptions {
-  std::vector<std::string> cases;  // empty: all; "calculix": the comparison
+  // Empty: all. "solver": iterations and memory of the linear solver. "calculix": the comparison.
+  std::vector<std::string> cases;
   bool json = false;
   std::filesystem::path plots;  // folder of SVG files; empty: none
 };

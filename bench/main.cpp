@@ -247,7 +247,7 @@ void add_skipping(CLI::App& sub, Arguments& arguments) {
 void add_shells(CLI::App& sub, Arguments& arguments) {
   ShellsOptions& options = arguments.shells;
   sub.add_option("--cases", options.cases,
-                 "Cases of cases/benchmarks/, and calculix (default: all)")
+                 "Cases of cases/benchmarks/, solver and calculix (default: all)")
       ->delimiter(',')
       ->check(CLI::IsMember(shell_check_names()));
   sub.add_flag("--json", options.json, "Print JSON instead of a table");

@@ -10,6 +10,7 @@
 #include "bench/experiments.h"
 #include "bench/mode_checks.h"
 #include "bench/shell_checks.h"
+#include "bench/shell_solver_rows.h"
 #include "bench/snap_through.h"
 
 namespace weft::bench {
@@ -51,6 +52,7 @@ std::vector<std::string> shell_check_names() {
       if (std::ranges::find(names, each.case_name) == names.end()) names.push_back(each.case_name);
     }
   }
+  names.emplace_back(shell_solver);
   names.emplace_back(calculix);
   return names;
 }
@@ -72,6 +74,9 @@ int run_shells(const ShellsOptions& options) {
         show(rows.back());
       }
     }
+  }
+  if (is_asked(options, shell_solver)) {
+    for (const CheckRow& row : shell_solver_rows(show)) rows.push_back(row);
   }
   if (is_asked(options, calculix)) {
     if (!options.json) {

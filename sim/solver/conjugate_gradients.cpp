@@ -194,7 +194,7 @@ double ConjugateGradients::coupled_residual(const Solve& solve) {
 bool ConjugateGradients::is_small(const Solve& solve, double residual) {
   const double bound = solve.goal.residual;
   if (!(residual <= bound)) return false;
-  return mass_.is_diagonal() || residual <= rounding * start_residual_ ||
+  return mass_.is_diagonal() || std::isinf(bound) || residual <= rounding * start_residual_ ||
          coupled_residual(solve) <= bound;
 }
 
