@@ -70,7 +70,7 @@ class BentPlate {
 TEST(ShellMultigrid, IterationsDependOnNeitherSizeNorStep) {
   for (const double gamma : {1e-4, longest_gamma}) {
     std::vector<int> iterations;
-    for (const int n : {17, 33, 65}) {
+    for (const int n : {17, 33, 65, 129}) {
       const VelocitySystem::Outcome outcome = BentPlate(n).solve(gamma, 1e-4);
       EXPECT_TRUE(outcome.converged && outcome.multigrid) << n << ", " << gamma;
       EXPECT_LE(outcome.iterations, 16) << n << ", " << gamma;
