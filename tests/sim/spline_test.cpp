@@ -188,25 +188,35 @@ TEST(SplineSurface, PassesThroughAnImageOfSewnPatches) {
   EXPECT_LT(farthest, 1e-12);
 }
 
+// Returns the largest distance from the unit sphere of the surface through points of it.
+double distance_from_sphere(const bsi::Surface& part) {
+  const SplineSurface surface(part.atlas, 3);
+  const std::vector<Vec3> control = surface.interpolate(part.atlas, part.positions);
+  const auto& [u, v] = surface.patches()[0];
+  double worst = 0;
+  for (double a = 0; a <= u.elements(); a += 0.23) {
+    for (double b = 0; b <= v.elements(); b += 0.31) {
+      const Vec3 x = surface.at(part.atlas, {0, a, b}).position(control);
+      worst = std::max(worst, std::abs(x.norm() - 1));
+    }
+  }
+  return worst;
+}
+bsi::Surface part_of_sphere(int n) { return bsi::make_sphere_sector(1, 0, 60, n, n, 90); }
+
 // The interpolated sphere approaches the sphere with the fourth power of the spacing.
 TEST(SplineSurface, ApproachesTheShapeWithOrderFour) {
-  const auto error = [](int n) {
-    const bsi::Surface part = bsi::make_sphere_sector(1, 0, 60, n, n, 90);
-    const SplineSurface surface(part.atlas, 3);
-    const std::vector<Vec3> control = surface.interpolate(part.atlas, part.positions);
-    const auto& [u, v] = surface.patches()[0];
-    double worst = 0;
-    for (double a = 0; a <= u.elements(); a += 0.23) {
-      for (double b = 0; b <= v.elements(); b += 0.31) {
-        const Vec3 x = surface.at(part.atlas, {0, a, b}).position(control);
-        worst = std::max(worst, std::abs(x.norm() - 1));
-      }
-    }
-    return worst;
-  };
-  const double coarse = error(11), fine = error(21);
+  const double coarse = distance_from_sphere(part_of_sphere(11));
+  const double fine = distance_from_sphere(part_of_sphere(21));
   EXPECT_LT(fine, 1e-6);
   EXPECT_GT(std::log2(coarse / fine), 3.5);
+}
+
+// Trajectories hold images in single precision.
+TEST(SplineSurface, IsSmoothThroughALargeImageInSinglePrecision) {
+  bsi::Surface part = part_of_sphere(65);
+  for (Vec3& point : part.positions) point = point.cast<float>().cast<double>();
+  EXPECT_LT(distance_from_sphere(part), 1e-6);
 }
 
 }  // namespace
