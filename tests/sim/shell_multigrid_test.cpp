@@ -73,7 +73,7 @@ TEST(ShellMultigrid, IterationsDependOnNeitherSizeNorStep) {
     for (const int n : {17, 33, 65, 129}) {
       const VelocitySystem::Outcome outcome = BentPlate(n).solve(gamma, 1e-4);
       EXPECT_TRUE(outcome.converged && outcome.multigrid) << n << ", " << gamma;
-      EXPECT_LE(outcome.iterations, 16) << n << ", " << gamma;
+      EXPECT_LE(outcome.iterations, 20) << n << ", " << gamma;
       iterations.push_back(outcome.iterations);
     }
     const auto [fewest, most] = std::minmax_element(iterations.begin(), iterations.end());
