@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "bench/experiments.h"
 #include "bench/medians.h"
+#include "bench/run_apart.h"
+#include "bench/run_cost.h"
 #include "sim/case/case_reader.h"
 #include "sim/solver/velocity_system.h"
 
@@ -64,7 +67,9 @@ std::unique_ptr<const Scene> scene_of(int n, int threads, const std::string& pre
 }
 
 // A sheet that bulges by a tenth of its size, which stretches it everywhere, or a shell that bulges
-// by its thickness, with the right-hand side of the first Newton iteration of a step from there.
+// by its thickness, with the right-hand side of the first Newton iteration of a step from there. A
+// bulged shell is compressed in places, where its exact matrix is indefinite. Its matrix is
+// therefore the semi-definite one that integrators use (docs/decisions/0006).
 struct Problem {
   Problem(int n, int threads, const std::string& preconditioner, const LinearSolverOptions& options)
       : scene(scene_of(n, threads, preconditioner, options)),
@@ -81,7 +86,8 @@ struct Problem {
     }
     rate.resize(state.size());
     static_cast<void>(dynamics.rate(0, state, rate));
-    dynamics.assemble(0, state);
+    dynamics.assemble(
+        0, state, options.shell_thickness > 0 ? Definiteness::semi_definite : Definiteness::exact);
     weight.assign(rate.size(), 1.0);
     correction.resize(rate.size());
   }
@@ -111,13 +117,35 @@ struct Row {
   bool converged = false;
   int iterations = 0;
   double first_ms = 0, set_up_ms = 0, solve_ms = 0;
+  double bytes_per_vertex = 0;  // of scene, matrices and solver, beyond those of the program
 };
+
+// Returns the peak memory of a process that prepares the solution of the system of the longest
+// gamma: no iteration follows, since any residual is accepted. Uses one thread.
+double peak_bytes(int n, const std::string& preconditioner, const LinearSolverOptions& options) {
+  const auto work = [&] {
+    Problem problem(n, 1, preconditioner, options);
+    problem.solve(*std::max_element(options.gammas.begin(), options.gammas.end()),
+                  std::numeric_limits<double>::infinity());
+    return std::string();
+  };
+  return run_apart(work).peak_bytes;
+}
+
+double bytes_per_vertex(int n, const std::string& preconditioner,
+                        const LinearSolverOptions& options) {
+  return (peak_bytes(n, preconditioner, options) -
+          peak_bytes(tiny_image, preconditioner, options)) /
+         (n * n);
+}
 
 class Measurement {
  public:
   explicit Measurement(const LinearSolverOptions& options) : options_(options) {}
 
   void run(int n, int threads) {
+    const double first_bytes = bytes_per_vertex(n, "block_jacobi", options_);
+    const double second_bytes = bytes_per_vertex(n, "multigrid", options_);
     Problem jacobi(n, threads, "block_jacobi", options_);
     Problem multigrid(n, threads, "multigrid", options_);
     for (double gamma : options_.gammas) {
@@ -125,6 +153,8 @@ class Measurement {
       Row second = first;
       first.method = "block-jacobi";
       second.method = "multigrid";
+      first.bytes_per_vertex = first_bytes;
+      second.bytes_per_vertex = second_bytes;
       std::vector<double> solves[2], set_ups[2], images;
       for (int i = 0; i < options_.repeats; ++i) {
         measure(jacobi, gamma, first, solves[0], set_ups[0], nullptr);
@@ -177,10 +207,10 @@ class Measurement {
   }
 
   static void print(const Row& row) {
-    std::printf("%6d %9.2g %9.1f %8d  %-13s %9.1f %9.2f %9.2f %9.2f %6d%s\n", row.n, row.gamma,
-                row.gamma_frequency, row.threads, row.method, row.first_ms, row.set_up_ms,
-                row.solve_ms, row.set_up_ms + row.solve_ms, row.iterations,
-                row.converged ? "" : " not converged");
+    std::printf("%6d %9.2g %9.1f %8d  %-13s %9.1f %9.2f %9.2f %9.2f %10d %9.2f%s\n", row.n,
+                row.gamma, row.gamma_frequency, row.threads, row.method, row.first_ms,
+                row.set_up_ms, row.solve_ms, row.set_up_ms + row.solve_ms, row.iterations,
+                row.bytes_per_vertex / 1e3, row.converged ? "" : " not converged");
     std::fflush(stdout);
   }
 
@@ -194,10 +224,10 @@ int run_linear_solver(const LinearSolverOptions& options) {
   if (!options.json) {
     std::printf(
         "a bulged %s of n x n vertices, relative residual %g, bending stiffness %g N m; "
-        "medians of %d interleaved repeats\n%6s %9s %9s %8s  %-13s %9s %9s %9s %9s %6s\n",
+        "medians of %d interleaved repeats\n%6s %9s %9s %8s  %-13s %9s %9s %9s %9s %10s %9s\n",
         options.shell_thickness > 0 ? "shell" : "sheet", options.tolerance,
         options.bending_stiffness, options.repeats, "n", "gamma", "g*omega", "threads", "method",
-        "once ms", "set-up ms", "solve ms", "sum ms", "iterations");
+        "once ms", "set-up ms", "solve ms", "sum ms", "iterations", "kB/vertex");
   }
   Measurement measurement(options);
   for (int n : options.sizes) {
@@ -217,6 +247,7 @@ int run_linear_solver(const LinearSolverOptions& options) {
                             {"set_up_ms", row.set_up_ms},
                             {"solve_ms", row.solve_ms},
                             {"iterations", row.iterations},
+                            {"bytes_per_vertex", row.bytes_per_vertex},
                             {"converged", row.converged}});
   }
   if (options.json) std::printf("%s\n", json.dump(2).c_str());

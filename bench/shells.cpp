@@ -11,6 +11,7 @@
 #include "bench/material_checks.h"
 #include "bench/mode_checks.h"
 #include "bench/shell_checks.h"
+#include "bench/shell_solver_rows.h"
 #include "bench/snap_through.h"
 #include "bench/table_part.h"
 
@@ -81,6 +82,9 @@ std::vector<TablePart> table_parts() {
   add("lattices", lattice_checks());
   add("", material_checks());
   std::ranges::move(shell_drops(), std::back_inserter(parts));
+  parts.push_back({.checks = {"multigrid iterations", "memory per vertex"},
+                   .case_name = shell_solver,
+                   .run = shell_solver_rows});
   parts.push_back({.checks = comparison_names(),
                    .case_name = "calculix",
                    .heading = beside_calculix,
@@ -96,39 +100,16 @@ std::vector<std::string> shell_case_names() {
   return names;
 }
 
-std::vector<std::string> shell_check_names() {
-  std::vector<std::string> names;
-  for (const TablePart& part : table_parts())
-    names.insert(names.end(), part.checks.begin(), part.checks.end());
-  return names;
+std::vector<std::string> shell_check_names() { std::vector<std::string> names; });
 }
-
-int run_shells(const ShellsOptions& options) {
-  RowPrinter printer;
-  std::vector<CheckRow> rows, compared;
-  for (const TablePart& part : table_parts()) {
-    if (!is_asked(options, part)) continue;
-    if (options.list) {
-      for (const std::string& check : part.checks)
-        if (is_wanted(check, options.only)) std::printf("%s\n", check.c_str());
-      continue;
-    }
-    part.run([&](const CheckRow& row) {
-      if (!is_wanted(row.check, options.only)) return;
-      std::vector<CheckRow>& kept = part.heading == beside_calculix ? compared : rows;
-      kept.push_back(row);
-      kept.back().chart = part.chart;
-      if (!options.json) printer.print(part, row);
-    });
-  }
-  if (options.list) return 0;
-  if (!options.plots.empty()) {
-    write_convergence(rows, options.plots);
-    write_comparison(compared, options.plots);
-  }
-  rows.insert(rows.end(), compared.begin(), compared.end());
-  if (options.json) print_json(rows);
-  return std::ranges::all_of(rows, &CheckRow::holds) ? 0 : 1;
+if (options.list) return 0;
+if (!options.plots.empty()) {
+  write_convergence(rows, options.plots);
+  write_comparison(compared, options.plots);
+}
+rows.insert(rows.end(), compared.begin(), compared.end());
+if (options.json) print_json(rows);
+return std::ranges::all_of(rows, &CheckRow::holds) ? 0 : 1;
 }
 
 }  // namespace weft::bench

@@ -49,9 +49,9 @@ class Integrator {
   // Writes or reads all data that determine the bits of later steps. The default, for methods whose
   // history another library keeps, does nothing and returns false.
   [[nodiscard]] virtual bool transfer(StateArchive& /*archive*/) { return false; }
-  // A function that one-step methods call between the trials of a step and between the parts of a
-  // long trial, because a step may take long. If it returns a failure, step() fails with that
-  // failure. An empty function never stops a step.
+  // A function that one-step methods call between the trials of a step, within long trials and
+  // within the linear solves of implicit stages, because a step may take long. If it returns a
+  // failure, step() fails with that failure. An empty function never stops a step.
   using ReasonToStop = std::function<std::optional<Failure>()>;
   void set_reason_to_stop(ReasonToStop reason) { reason_to_stop_ = std::move(reason); }
   // Describes the kind of steps that the method has chosen by itself. The text is empty if the

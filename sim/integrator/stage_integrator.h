@@ -9,7 +9,9 @@ namespace weft::sim {
 class StageIntegrator : public OneStepIntegrator {
  public:
   StageIntegrator(const Scene& scene, Dynamics& dynamics)
-      : OneStepIntegrator(scene, dynamics), solver_(scene, dynamics, scene.source.time.newton) {}
+      : OneStepIntegrator(scene, dynamics), solver_(scene, dynamics, scene.source.time.newton) {
+    solver_.set_stop([this] { return should_stop(); });
+  }
 
   IntegratorCounts counts() const final {
     IntegratorCounts counts = OneStepIntegrator::counts();

@@ -75,6 +75,7 @@ struct StageSolver::Implementation {
   Implementation& operator=(const Implementation&) = delete;
 
   void create();
+  VelocitySystem& velocity_system() { return system ? *system : velocity_system_of(newton_solver); }
   int residual(std::span<const double> y, std::span<double> r);
   int assemble(std::span<const double> state);
   void assemble_joined();
@@ -358,6 +359,10 @@ StageSolver::StageSolver(const Scene& scene, Dynamics& dynamics, int newton_coun
 
 StageSolver::~StageSolver() = default;
 
+void StageSolver::set_stop(std::function<bool()> stop) {
+  implementation_->velocity_system().set_stop(std::move(stop));
+}
+
 StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const double> a,
                                         const std::vector<Vec3>& start, std::span<double> y) {
   Implementation& self = *implementation_;
@@ -422,8 +427,7 @@ void StageSolver::forget() { implementation_->slope.clear(); }
 void StageSolver::transfer(StateArchive& archive) {
   Implementation& self = *implementation_;
   archive(self.slope, self.newton_iterations, self.linear_iterations, self.linear_setups);
-  VelocitySystem& system = self.system ? *self.system : velocity_system_of(self.newton_solver);
-  system.transfer(archive);
+  self.velocity_system().transfer(archive);
 }
 
 void StageSolver::add_counts(IntegratorCounts& counts) const {

@@ -3,6 +3,7 @@
 // its vectors.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -47,6 +48,9 @@ class StageSolver {
   const std::optional<ContactFault>& fault() const;
   // Returns the particle with the largest weighted residual velocity in the last solve().
   int worst_particle() const;
+  // Sets a function that linear solves call every few iterations. If it returns true, the solve
+  // ends, and so does solve(), without having converged. The function must go on returning true.
+  void set_stop(std::function<bool()> stop);
   // Discards the slope of the last stage.
   void forget();
   // Writes or reads all data that determine the bits of later solutions.

@@ -68,6 +68,43 @@ const EndRule& end_rule(int degree) {
   return degree == 2 ? quadratic : cubic;
 }
 
+// Largest number of control points of an open cubic axis whose curve passes through the image
+// exactly. The image's points are evenly spaced, and near an end they leave the Greville abscissae
+// by almost one element. The inverse of their matrix grows exponentially with the number of points:
+// its norm is 41 for 17 points, and 5e9 for 129 (docs/decisions/0053).
+constexpr int most_points_passed = 17;
+
+// Number of image points between which the image is interpolated at a Greville abscissa.
+constexpr int points_of_sample = 6;
+
+// Returns the matrix that maps the image's points, at parameters `spacing` apart from 0 on, to the
+// values at `parameters` of the polynomials through the nearest six of them.
+Eigen::MatrixXd samples_of_image(const std::vector<double>& parameters, double spacing) {
+  const int count = static_cast<int>(parameters.size());
+  Eigen::MatrixXd samples = Eigen::MatrixXd::Zero(count, count);
+  for (int row = 0; row < count; ++row) {
+    const double at = parameters[row] / spacing;
+    const int first = std::clamp(static_cast<int>(std::floor(at)) - (points_of_sample / 2 - 1), 0,
+                                 count - points_of_sample);
+    for (int i = 0; i < points_of_sample; ++i) {
+      double weight = 1;
+      for (int j = 0; j < points_of_sample; ++j) {
+        if (j != i) weight *= (at - first - j) / (i - j);
+      }
+      samples(row, first + i) = weight;
+    }
+  }
+  return samples;
+}
+
+std::vector<double> rows_of(const Eigen::MatrixXd& matrix) {
+  std::vector<double> rows;
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) rows.push_back(matrix(i, j));
+  }
+  return rows;
+}
+
 }  // namespace
 
 SplineAxis::SplineAxis(int degree, int control_points, bool is_closed)
@@ -149,14 +186,22 @@ double SplineAxis::image_parameter(int point) const {
 }
 
 std::vector<double> SplineAxis::interpolation() const {
-  std::vector<double> parameters;
-  for (int i = 0; i < control_points_; ++i) parameters.push_back(image_parameter(i));
+  std::vector<double> parameters(control_points_);
+  const bool passes = passes_through_image();
+  for (int i = 0; i < control_points_; ++i)
+    parameters[i] = passes ? image_parameter(i) : greville_abscissa(i);
   const Eigen::MatrixXd inverse = values_at(*this, parameters).inverse();
-  std::vector<double> rows;
-  for (int i = 0; i < control_points_; ++i) {
-    for (int j = 0; j < control_points_; ++j) rows.push_back(inverse(i, j));
-  }
-  return rows;
+  return rows_of(passes ? inverse : inverse * samples_of_image(parameters, image_parameter(1)));
+}
+
+bool SplineAxis::passes_through_image() const {
+  return is_closed_ || degree_ < 3 || control_points_ <= most_points_passed;
+}
+
+double SplineAxis::greville_abscissa(int control_point) const {
+  double sum = 0;
+  for (int k = 1; k <= degree_; ++k) sum += knot(control_point + k);
+  return sum / degree_;
 }
 
 std::vector<QuadraturePoint> SplineAxis::gauss_points(int per_element) const {

@@ -58,15 +58,16 @@ class SplineSurface {
   Point at(const bsi::Atlas& atlas, const Place& place) const;
 
   // Returns the control points (m, by particle) of the surface that passes through an image of
-  // points (m, by particle). The control points of a border depend only on the image's points of
+  // points (m, by particle), on long open axes to order 4 (SplineAxis::passes_through_image()). The
+  // control points of a border depend only on the image's points of
   // the same border, so that patches which share the border agree.
   std::vector<Vec3> interpolate(const bsi::Atlas& atlas, std::span<const Vec3> image) const;
 
   // Returns the map from control points to the points of the surface at `places`.
   SurfaceMap map_to(const bsi::Atlas& atlas, std::span<const Place> places) const;
   // Returns the places on the surface, by particle, at which the surface of interpolate() passes
-  // through the image's points. If a particle belongs to several patches, its place is in the first
-  // of them.
+  // through the image's points, or by them. If a particle belongs to several patches, its place is
+  // in the first of them.
   std::vector<Place> image_places(const bsi::Atlas& atlas) const;
 
  private:

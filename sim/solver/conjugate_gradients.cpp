@@ -13,6 +13,9 @@ namespace {
 // Largest number of iterations. A system that needs more has not converged.
 constexpr int most_iterations = 2000;
 
+// Number of iterations between two questions whether to stop.
+constexpr int iterations_per_question = 16;
+
 // Largest allowed ratio of one particle's weighted residual to the root mean square that the bound
 // implies. A bound on the mean alone would leave a few particles badly solved, and steps of
 // microseconds would follow (docs/decisions/0005).
@@ -64,6 +67,10 @@ ConjugateGradients::Outcome ConjugateGradients::solve(std::span<const Vec3> righ
   return outcome;
 }
 
+bool ConjugateGradients::should_stop(int iterations) const {
+  return stop_ && iterations % iterations_per_question == 0 && stop_();
+}
+
 void ConjugateGradients::iterate(const Solve& solve, Outcome& outcome) {
   const Goal& goal = solve.goal;
   bool begins_anew = true;
@@ -73,6 +80,8 @@ void ConjugateGradients::iterate(const Solve& solve, Outcome& outcome) {
   rho_ = 1;
   outcome.converged = is_reached(solve, outcome.residual);
   while (!outcome.converged && outcome.iterations < most_iterations) {
+    outcome.stopped = should_stop(outcome.iterations);
+    if (outcome.stopped) break;
     if (preconditioner_.rebuild_if_worn_out(outcome.iterations, outcome.residual)) {
       start_residual_ = outcome.residual;
       begins_anew = true;
@@ -194,7 +203,7 @@ double ConjugateGradients::coupled_residual(const Solve& solve) {
 bool ConjugateGradients::is_small(const Solve& solve, double residual) {
   const double bound = solve.goal.residual;
   if (!(residual <= bound)) return false;
-  return mass_.is_diagonal() || residual <= rounding * start_residual_ ||
+  return mass_.is_diagonal() || std::isinf(bound) || residual <= rounding * start_residual_ ||
          coupled_residual(solve) <= bound;
 }
 

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "sim/solver/preconditioner_selection.h"
@@ -23,6 +25,7 @@ class ConjugateGradients {
   struct Outcome {
     bool converged = false;
     bool indefinite = false;  // A has a direction of negative curvature
+    bool stopped = false;     // the function of set_stop() returned true
     int iterations = 0;
     double residual = 0;     // as in Goal::residual, with Scene::mass instead of M
     bool multigrid = false;  // multigrid was the preconditioner at the end
@@ -45,6 +48,10 @@ class ConjugateGradients {
   ConjugateGradients(const VelocityMatrix& matrix, MassOperator& mass,
                      PreconditionerSelection& preconditioner);
 
+  // Sets a function that solve() calls every few iterations. If it returns true, the solve ends
+  // without having converged. An empty function never stops a solve.
+  void set_stop(std::function<bool()> stop) { stop_ = std::move(stop); }
+
   // Solves A dv = `right_side`, starting from dv = 0. Both vectors are zero for pinned particles.
   // All spans have one entry per particle. Precondition: PreconditionerSelection::prepare() has
   // been called for this A.
@@ -60,6 +67,7 @@ class ConjugateGradients {
   };
 
   void iterate(const Solve& solve, Outcome& outcome);
+  bool should_stop(int iterations) const;
   bool is_reached(const Solve& solve, double residual);
   bool is_small(const Solve& solve, double residual);
   double coupled_residual(const Solve& solve);
@@ -72,6 +80,7 @@ class ConjugateGradients {
   const VelocityMatrix& matrix_;
   MassOperator& mass_;
   PreconditionerSelection& preconditioner_;
+  std::function<bool()> stop_;
   std::vector<Vec3> residual_, preconditioned_;
   std::vector<Vec3> direction_, product_;  // search direction p, and A p
   double rho_ = 1, curvature_ = 0;         // r . P r, and p . A p

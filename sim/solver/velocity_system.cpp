@@ -105,6 +105,7 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
   preconditioner_.prepare();
   form_right_side(with_free_positions(right));
   outcome = conjugate_gradients_.solve(right_side_, StateView::of(weight).velocity, goal, dv);
+  if (outcome.stopped) return outcome;
   const bool is_hard = factorisation_.takes_too_long(gamma, outcome.iterations);
   if (is_hard && !outcome.converged && !outcome.indefinite &&
       factorisation_.next_is_factorised(gamma)) {

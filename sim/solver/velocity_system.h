@@ -1,8 +1,10 @@
 // The Newton system of an implicit step, reduced to the velocities and solved iteratively.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "sim/base/state_archive.h"
@@ -35,6 +37,9 @@ class VelocitySystem {
   // particles doubles. Only the velocity half of the weights is used.
   Outcome solve(double gamma, std::span<const double> b, std::span<const double> weight,
                 const Goal& goal, std::span<double> correction);
+
+  // Sets a function that may end a solve before it converges (ConjugateGradients::set_stop()).
+  void set_stop(std::function<bool()> stop) { conjugate_gradients_.set_stop(std::move(stop)); }
 
   // Writes or reads the state that determines the bits of later solutions. Reading assembles K and
   // D at the state of the last set-up of coarse matrices, which overwrites the matrices of the

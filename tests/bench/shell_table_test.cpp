@@ -59,6 +59,8 @@ const std::vector<std::string>& demanded() {
       "shell dropped on a sphere, cost",
       "shell dropped on cloth",
       "shell dropped on cloth, cost",
+      "multigrid iterations",
+      "memory per vertex",
       "hemisphere, full load: CalculiX / Weft",
       "pinched cylinder: CalculiX / Weft",
   };

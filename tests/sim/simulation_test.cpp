@@ -289,5 +289,45 @@ TEST(Simulation, FailsWithData) {
   EXPECT_STREQ(kind_name(failure->kind), "unstable");
 }
 
+// Block-Jacobi takes hundreds of iterations on this shell. The function is called every sixteen.
+TEST(Simulation, AStepEndsWithinALinearSolve) {
+  Simulation simulation = make_simulation(parse_case(R"(
+[time]
+method = "euler"
+step = 1e-3
+preconditioner = "block_jacobi"
+[contact]
+enabled = false
+[material.steel]
+model = "shell"
+youngs_modulus = 2e11
+poisson_ratio = 0.3
+shell_thickness = 5e-4
+volume_density = 7850
+[[body]]
+name = "plate"
+shape = { type = "rectangle", size = [0.2, 0.1], resolution = [21, 21] }
+start = { bend_radius = 0.5 }
+[[body.pin]]
+edges = ["first_col"]
+clamp = true
+)",
+                                                     "test.toml", {}));
+  int questions = 0;
+  simulation.set_reason_to_stop([&]() -> std::optional<Failure> {
+    if (++questions < 4) return std::nullopt;
+    return Failure{Failure::Kind::interrupted, 0, -1, "stopped"};
+  });
+  const std::optional<Failure> failure = simulation.step();
+  ASSERT_TRUE(failure);
+  EXPECT_EQ(failure->kind, Failure::Kind::interrupted);
+  EXPECT_EQ(questions, 4);
+  EXPECT_LT(simulation.counts().linear_iterations, 64);
+  EXPECT_EQ(simulation.time(), 0);
+  simulation.set_reason_to_stop({});
+  EXPECT_FALSE(simulation.step());
+  EXPECT_DOUBLE_EQ(simulation.time(), 1e-3);
+}
+
 }  // namespace
 }  // namespace weft::sim::simulation_test

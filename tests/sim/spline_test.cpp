@@ -12,6 +12,16 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
+// The value of a curve with scalar control points.
+double value(const SplineAxis& axis, const std::vector<double>& control, double t,
+             const SplineBasis::Values SplineBasis::*what = &SplineBasis::value) {
+  const SplineBasis basis = axis.at(t);
+  double sum = 0;
+  for (int i = 0; i <= axis.degree(); ++i)
+    sum += (basis.*what)[i] * control[axis.control_point(basis.element, i)];
+  return sum;
+}
+
 struct Axis {
   int degree, control_points;
   bool is_closed;
@@ -20,15 +30,6 @@ class Splines : public testing::TestWithParam<Axis> {
  protected:
   SplineAxis axis() const {
     return {GetParam().degree, GetParam().control_points, GetParam().is_closed};
-  }
-  // The value of a curve with scalar control points.
-  static double value(const SplineAxis& axis, const std::vector<double>& control, double t,
-                      const SplineBasis::Values SplineBasis::*what = &SplineBasis::value) {
-    const SplineBasis basis = axis.at(t);
-    double sum = 0;
-    for (int i = 0; i <= axis.degree(); ++i)
-      sum += (basis.*what)[i] * control[axis.control_point(basis.element, i)];
-    return sum;
   }
   // Scalars that look random.
   std::vector<double> some_control_points() const {
@@ -87,6 +88,52 @@ TEST_P(Splines, CurvePassesThroughTheImage) {
     EXPECT_NEAR(value(splines, control, splines.image_parameter(i)), image[i], 1e-11);
 }
 
+// The curve through evenly spaced points amplifies their errors exponentially in their number.
+TEST(LongSplines, AmplifyErrorsOfTheImageLittle) {
+  for (const int count : {17, 18, 33, 129, 257}) {
+    const std::vector<double> rows = SplineAxis(3, count, false).interpolation();
+    double largest = 0;
+    for (int i = 0; i < count; ++i) {
+      double sum = 0;
+      for (int j = 0; j < count; ++j) sum += std::abs(rows[i * count + j]);
+      largest = std::max(largest, sum);
+    }
+    EXPECT_LT(largest, count == 17 ? 41 : 6) << count;
+  }
+}
+
+// Returns the largest distance of the curve from an image of f(x), 0 <= x <= 1, at its points.
+double distance_from_image(int count, const std::function<double(double)>& f) {
+  const SplineAxis splines(3, count, false);
+  const std::vector<double> rows = splines.interpolation();
+  std::vector<double> control(count, 0.0);
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) control[i] += rows[i * count + j] * f(j / (count - 1.0));
+  }
+  double largest = 0;
+  for (int i = 0; i < count; ++i) {
+    const double found = value(splines, control, splines.image_parameter(i));
+    largest = std::max(largest, std::abs(found - f(i / (count - 1.0))));
+  }
+  return largest;
+}
+
+TEST(LongSplines, PassByTheImageWithOrderFour) {
+  for (const int count : {18, 33, 129, 257}) {
+    const double distance =
+        distance_from_image(count, [](double x) { return 1 + x * (2 - x * (3 + 5 * x)); });
+    EXPECT_LT(distance, 1e-13) << count;
+  }
+  const auto wave = [](double x) { return std::sin(5 * x); };
+  double before = distance_from_image(33, wave);
+  EXPECT_LT(before, 1e-5);
+  for (const int count : {65, 129}) {
+    const double distance = distance_from_image(count, wave);
+    EXPECT_LT(distance, before / 12) << count;
+    before = distance;
+  }
+}
+
 // The integral of a polynomial, or of a constant on a closed axis.
 TEST_P(Splines, QuadratureIsOfItsOrder) {
   const SplineAxis splines = axis();
@@ -141,25 +188,35 @@ TEST(SplineSurface, PassesThroughAnImageOfSewnPatches) {
   EXPECT_LT(farthest, 1e-12);
 }
 
+// Returns the largest distance from the unit sphere of the surface through points of it.
+double distance_from_sphere(const bsi::Surface& part) {
+  const SplineSurface surface(part.atlas, 3);
+  const std::vector<Vec3> control = surface.interpolate(part.atlas, part.positions);
+  const auto& [u, v] = surface.patches()[0];
+  double worst = 0;
+  for (double a = 0; a <= u.elements(); a += 0.23) {
+    for (double b = 0; b <= v.elements(); b += 0.31) {
+      const Vec3 x = surface.at(part.atlas, {0, a, b}).position(control);
+      worst = std::max(worst, std::abs(x.norm() - 1));
+    }
+  }
+  return worst;
+}
+bsi::Surface part_of_sphere(int n) { return bsi::make_sphere_sector(1, 0, 60, n, n, 90); }
+
 // The interpolated sphere approaches the sphere with the fourth power of the spacing.
 TEST(SplineSurface, ApproachesTheShapeWithOrderFour) {
-  const auto error = [](int n) {
-    const bsi::Surface part = bsi::make_sphere_sector(1, 0, 60, n, n, 90);
-    const SplineSurface surface(part.atlas, 3);
-    const std::vector<Vec3> control = surface.interpolate(part.atlas, part.positions);
-    const auto& [u, v] = surface.patches()[0];
-    double worst = 0;
-    for (double a = 0; a <= u.elements(); a += 0.23) {
-      for (double b = 0; b <= v.elements(); b += 0.31) {
-        const Vec3 x = surface.at(part.atlas, {0, a, b}).position(control);
-        worst = std::max(worst, std::abs(x.norm() - 1));
-      }
-    }
-    return worst;
-  };
-  const double coarse = error(11), fine = error(21);
+  const double coarse = distance_from_sphere(part_of_sphere(11));
+  const double fine = distance_from_sphere(part_of_sphere(21));
   EXPECT_LT(fine, 1e-6);
   EXPECT_GT(std::log2(coarse / fine), 3.5);
+}
+
+// Trajectories hold images in single precision.
+TEST(SplineSurface, IsSmoothThroughALargeImageInSinglePrecision) {
+  bsi::Surface part = part_of_sphere(65);
+  for (Vec3& point : part.positions) point = point.cast<float>().cast<double>();
+  EXPECT_LT(distance_from_sphere(part), 1e-6);
 }
 
 }  // namespace

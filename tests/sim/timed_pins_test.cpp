@@ -8,6 +8,7 @@
 #include "sim/accuracy/error_monitor.h"
 #include "sim/case/case_checks.h"
 #include "sim/run/make_simulation.h"
+#include "tests/sim/joint_cases.h"
 #include "tests/sim/simulated_case.h"
 
 namespace weft::sim::timed_pins_test {
@@ -34,25 +35,10 @@ release_time = 0.037
 motion = { velocity = [0, 0, 0.5] }
 )";
 
-Simulation simulation_of(const std::string& text, const Overrides& overrides = {}) {
-  return make_simulation(parse_case(text, "test.toml", overrides));
-}
-
 // Returns the overrides and those that give the pin of the sheet further keys.
 Overrides with_pin(Overrides all, const Overrides& keys) {
   for (const std::string& each : keys) all.push_back("body.sheet.pin.0." + each);
   return all;
-}
-
-void advance_to(Simulation& simulation, double time) {
-  if (const auto failure = simulation.advance(time - simulation.time()))
-    ADD_FAILURE() << failure->text;
-}
-
-Vec3 mean_of(const std::vector<Vec3>& all) {
-  Vec3 sum = Vec3::Zero();
-  for (const Vec3& each : all) sum += each;
-  return sum / static_cast<double>(all.size());
 }
 
 double distance_between(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
