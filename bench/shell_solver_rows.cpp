@@ -58,7 +58,7 @@ void shell_solver_rows(const std::function<void(const CheckRow&)>& done) {
     }
     if (n == sizes[0]) first = solves;
     solves.reference = solves.scale = first.value;
-    if (first.value == 0) solves.failure = "no iterations at 17 x 17";
+    if (solves.failure.empty() && first.value == 0) solves.failure = "no iterations at 17 x 17";
     done(solves);
   }
   for (const CheckRow& row : memory) done(row);
