@@ -3,6 +3,8 @@
 #include <cmath>
 #include <random>
 
+#include "bsi/proximity.h"
+#include "sim/case/case_error.h"
 #include "sim/contact/contact.h"
 #include "sim/run/initial_state.h"
 #include "sim/scene/spline_sampling.h"
@@ -223,7 +225,7 @@ TEST(CurvedContact, ARunEndsBeforeCurvedSurfacesMeet) {
   }
 }
 
-// What the message advises helps.
+// The advice of the message helps.
 TEST(CurvedContact, AFinerImageOrALargerThicknessGoesOn) {
   const double height = 3e-3 - lowest_at_zero().sample;
   for (const Overrides& overrides :

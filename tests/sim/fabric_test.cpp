@@ -222,7 +222,7 @@ void expect_force_of_the_table(const MeasuredFabric& fabric, double degrees) {
   const double stretch = (x[4].x() - x[0].x()) / 0.2, lean = (x[10].x() - x[0].x()) / 0.1,
                width = (x[10].y() - x[0].y()) / 0.1;
   EXPECT_GT(stretch, 1.002);
-  EXPECT_LT(stretch, 1.03);
+  EXPECT_LT(stretch, 1.08);
   for (int i = 0; i < 15; ++i) {
     const double along = 0.05 * (i % 5), up = 0.05 * (i / 5);
     EXPECT_LT((x[i] - x[0] - Vec3(stretch * along + lean * up, width * up, 0)).norm(), 1e-6) << i;
