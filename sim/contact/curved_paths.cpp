@@ -1,6 +1,9 @@
 #include "sim/contact/curved_paths.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -62,11 +65,46 @@ struct FeaturePairs {
   std::vector<bsi::FourParticles> vertex_triangle, edge_edge;
 };
 
+const FeaturePairs& pairs_of(int division, int other_division) {
+  const auto make = [](int one, int other) {
+    return FeaturePairs(division_of(one), division_of(other));
+  };
+  static const std::array<FeaturePairs, 4> all{make(1, 1), make(1, shell_division),
+                                               make(shell_division, 1),
+                                               make(shell_division, shell_division)};
+  return all[(division > 1 ? 2 : 0) + (other_division > 1 ? 1 : 0)];
+}
+
+Eigen::AlignedBox3d box_of_path(std::span<const Vec3> start, std::span<const Vec3> end) {
+  Eigen::AlignedBox3d box;
+  for (const auto& points : {start, end}) {
+    for (const Vec3& each : points) box.extend(each);
+  }
+  return box;
+}
+
 bool are_safe(bsi::FeatureKind kind, std::span<const Vec3> start, std::span<const Vec3> end,
               std::span<const bsi::FourParticles> pairs, double separation) {
   std::vector<double> fractions(pairs.size());
   bsi::safe_fractions(kind, start, end, pairs, separation, fractions);
   return std::ranges::all_of(fractions, [](double fraction) { return fraction >= 1; });
+}
+
+// True if two pieces of surface provably stay apart on their paths, and on all paths that deviate
+// from them by at most `stray` together.
+template <class Piece>
+bool stay_apart(const Piece& one, const Piece& other, double stray) {
+  const double separation = one.deviation + other.deviation + stray;
+  const double between =
+      box_of_path(one.start, one.end).exteriorDistance(box_of_path(other.start, other.end));
+  if (between > (1 + 1e-9) * separation + 1e-12) return true;
+  const FeaturePairs& pairs = pairs_of(one.division, other.division);
+  std::vector<Vec3> start(one.start), end(one.end);
+  start.insert(start.end(), other.start.begin(), other.start.end());
+  end.insert(end.end(), other.end.begin(), other.end.end());
+  return are_safe(bsi::FeatureKind::vertex_triangle, start, end, pairs.vertex_triangle,
+                  separation) &&
+         are_safe(bsi::FeatureKind::edge_edge, start, end, pairs.edge_edge, separation);
 }
 
 }  // namespace
@@ -171,25 +209,19 @@ bool CurvedPaths::touch(const Triangle& one, const Triangle& other) const {
   return false;
 }
 
-bool CurvedPaths::stay_apart(const Triangle& one, const Triangle& other, const Path& path,
-                             const PointStray& stray, const CurveStray& curve,
-                             const RigidObstacles& obstacles) const {
-  Piece piece = piece_of(one, path, curve, obstacles);
-  const Piece beyond = piece_of(other, path, curve, obstacles);
-  double separation = piece.deviation + beyond.deviation;
-  if (!stray.body.empty()) separation += stray.body[one.body] + stray.body[other.body];
-  const FeaturePairs pairs(division_of(piece.division), division_of(beyond.division));
-  piece.start.insert(piece.start.end(), beyond.start.begin(), beyond.start.end());
-  piece.end.insert(piece.end.end(), beyond.end.begin(), beyond.end.end());
-  return are_safe(bsi::FeatureKind::vertex_triangle, piece.start, piece.end, pairs.vertex_triangle,
-                  separation) &&
-         are_safe(bsi::FeatureKind::edge_edge, piece.start, piece.end, pairs.edge_edge, separation);
-}
-
 std::optional<ContactFault> CurvedPaths::find_fault(std::span<const OpenPair> pairs,
                                                     const Path& path, const PointStray& stray,
                                                     const CurveStray& curve,
                                                     const RigidObstacles& obstacles) {
+  std::map<Triangle, Piece> pieces;
+  const auto piece = [&](const Triangle& triangle) -> const Piece& {
+    const auto found = pieces.find(triangle);
+    if (found != pieces.end()) return found->second;
+    return pieces.emplace(triangle, piece_of(triangle, path, curve, obstacles)).first->second;
+  };
+  const auto stray_of = [&](const Triangle& triangle) {
+    return stray.body.empty() ? 0 : stray.body[triangle.body];
+  };
   std::set<std::pair<Triangle, Triangle>> checked;
   std::vector<Triangle> ones, others;
   for (const OpenPair& pair : pairs) {
@@ -199,7 +231,7 @@ std::optional<ContactFault> CurvedPaths::find_fault(std::span<const OpenPair> pa
     for (const Triangle& one : ones) {
       for (const Triangle& other : others) {
         if (!checked.emplace(std::minmax(one, other)).second || touch(one, other)) continue;
-        if (!stay_apart(one, other, path, stray, curve, obstacles))
+        if (!stay_apart(piece(one), piece(other), stray_of(one) + stray_of(other)))
           return ContactFault{ContactFault::Kind::curved, pair.nodes, pair.left_by};
       }
     }

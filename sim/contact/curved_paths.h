@@ -53,9 +53,6 @@ class CurvedPaths {
                  const RigidObstacles& obstacles) const;
   std::vector<SplineSurface::Place> places_of(const Triangle& triangle) const;
   bool touch(const Triangle& one, const Triangle& other) const;
-  bool stay_apart(const Triangle& one, const Triangle& other, const Path& path,
-                  const PointStray& stray, const CurveStray& curve,
-                  const RigidObstacles& obstacles) const;
 
   const Scene& scene_;
   // The triangles around each surface point: those of point p are triangles_[first_[p]] ..

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <random>
 
+#include "bsi/proximity.h"
+#include "sim/case/case_error.h"
 #include "sim/contact/contact.h"
 #include "sim/run/initial_state.h"
 #include "sim/scene/spline_sampling.h"
@@ -26,10 +28,11 @@ gravity = [0, 0, 0]
 range = 5e-4
 [material.film]
 model = "shell"
-youngs_modulus = 1e6
+youngs_modulus = 1e8
 poisson_ratio = 0.3
 shell_thickness = 1e-4
 volume_density = 1000
+stiffness_damping = 1e-4
 [[obstacle]]
 name = "plate"
 thickness = 1e-4
@@ -209,7 +212,10 @@ TEST(CurvedContact, ARunEndsBeforeCurvedSurfacesMeet) {
           << simulation.time();
     }
     ASSERT_TRUE(failure);
-    EXPECT_EQ(failure->kind, Failure::Kind::surfaces) << failure->text;
+    // cvode ends at its shortest step, euler after a number of cuts.
+    EXPECT_TRUE(failure->kind == Failure::Kind::surfaces ||
+                failure->kind == Failure::Kind::too_many_cuts)
+        << failure->text;
     EXPECT_NE(failure->text.find("the curved surfaces at body \"gutter\""), std::string::npos)
         << failure->text;
     EXPECT_NE(failure->text.find("a finer image, or a larger thickness"), std::string::npos)
@@ -219,16 +225,16 @@ TEST(CurvedContact, ARunEndsBeforeCurvedSurfacesMeet) {
   }
 }
 
-// What the message advises helps.
+// The advice of the message helps.
 TEST(CurvedContact, AFinerImageOrALargerThicknessGoesOn) {
   const double height = 3e-3 - lowest_at_zero().sample;
   for (const Overrides& overrides :
-       std::vector<Overrides>{{"body.gutter.shape.resolution=[8, 33]"},
+       std::vector<Overrides>{{"body.gutter.shape.resolution=[4, 25]"},
                               {"body.gutter.thickness=6e-3",
                                "body.gutter.position.2=" + std::to_string(height + 3e-3)}}) {
     Simulation simulation = simulation_of(gutter(height), overrides);
     bool touched = false;
-    while (simulation.time() < 0.02) {
+    while (simulation.time() < 0.012) {
       const auto failure = simulation.step();
       ASSERT_FALSE(failure) << failure->text;
       touched |= simulation.contact_pairs() > 0;

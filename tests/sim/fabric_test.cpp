@@ -158,7 +158,8 @@ TEST(Fabric, PullWithFreeSidesTakesThePublishedWork) {
 
 // A sheet that is pulled along x by forces on its first and last columns, with free sides. Its rows
 // keep their direction; its columns may incline.
-std::string freely_pulled_sheet(const std::string& fabric, double warp_angle_deg, double force) {
+std::string freely_pulled_sheet(const std::string& fabric, double warp_angle_deg,
+                                double force_per_length) {
   const std::string load = "[[load]]\nbody = \"sheet\"\ntype = \"line\"\n";
   return "[time]\nmethod = \"static\"\nduration = 1\nframes_per_second = 4\n"
          "position_tolerance = 1e-8\n[contact]\nenabled = false\n[world]\ngravity = "
@@ -169,8 +170,9 @@ std::string freely_pulled_sheet(const std::string& fabric, double warp_angle_deg
          "}\n[[body.pin]]\nedges = [\"first_row\"]\naxes = [\"y\"]\n"
          "[[body.pin]]\ncorners = [\"first_first\"]\naxes = [\"x\"]\n"
          "[[body.pin]]\nrows = [0, -1]\ncols = [0, -1]\naxes = [\"z\"]\n" +
-         load + "edges = [\"last_col\"]\nforce = [" + std::to_string(force) + ", 0, 0]\n" + load +
-         "edges = [\"first_col\"]\nforce = [" + std::to_string(-force) + ", 0, 0]\n";
+         load + "edges = [\"last_col\"]\nforce = [" + std::to_string(force_per_length) +
+         ", 0, 0]\n" + load + "edges = [\"first_col\"]\nforce = [" +
+         std::to_string(-force_per_length) + ", 0, 0]\n";
 }
 
 // The deformation of the sheet is x = stretch X + lean Y, y = width Y. All three numbers take the
@@ -183,12 +185,12 @@ void expect_force_of_the_table(const MeasuredFabric& fabric, double degrees) {
   const auto tension = published_tension(fabric, e * c * c, e * s * s, e * c * s);
   const double force = 0.07 * (tension[0] * c * c + tension[1] * s * s + 2 * tension[2] * c * s);
   // The warp lies at -degrees to the pull.
-  SimulatedCase sim(freely_pulled_sheet(fabric.name, -degrees, force));
+  SimulatedCase sim(freely_pulled_sheet(fabric.name, -degrees, force / 0.1));
   const std::vector<Vec3> x = sim.positions_at(1);
   const double stretch = (x[4].x() - x[0].x()) / 0.2, lean = (x[10].x() - x[0].x()) / 0.1,
                width = (x[10].y() - x[0].y()) / 0.1;
   EXPECT_GT(stretch, 1.002);
-  EXPECT_LT(stretch, 1.03);
+  EXPECT_LT(stretch, 1.08);
   for (int i = 0; i < 15; ++i) {
     const double along = 0.05 * (i % 5), up = 0.05 * (i / 5);
     EXPECT_LT((x[i] - x[0] - Vec3(stretch * along + lean * up, width * up, 0)).norm(), 1e-6) << i;
