@@ -114,6 +114,16 @@ if(NOT iterations_block-jacobi GREATER sixfold)
   message(FATAL_ERROR "linear-solver: ${json}")
 endif()
 
+# Few iterations on a long step of a shell, too, whose exact matrix is indefinite.
+run(json linear-solver --json --shell 0.01 --sizes 17,33 --gammas 0.01 --repeats 1)
+foreach(i 1 3)
+  string(JSON iterations GET "${json}" rows ${i} iterations)
+  string(JSON bytes GET "${json}" rows ${i} bytes_per_vertex)
+  if(iterations GREATER 15 OR NOT bytes GREATER 2000)
+    message(FATAL_ERROR "linear-solver: ${json}")
+  endif()
+endforeach()
+
 # Another time, the same trajectory.
 run(json skipping --json --pairs far-100,held-4 --repeats 1)
 foreach(i RANGE 1)

@@ -1,6 +1,7 @@
 #include "sim/scene/spline_axis.h"
 
 #include <Eigen/LU>
+#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -186,12 +187,18 @@ double SplineAxis::image_parameter(int point) const {
 }
 
 std::vector<double> SplineAxis::interpolation() const {
-  std::vector<double> parameters(control_points_);
-  const bool passes = passes_through_image();
-  for (int i = 0; i < control_points_; ++i)
-    parameters[i] = passes ? image_parameter(i) : greville_abscissa(i);
-  const Eigen::MatrixXd inverse = values_at(*this, parameters).inverse();
-  return rows_of(passes ? inverse : inverse * samples_of_image(parameters, image_parameter(1)));
+  const auto parameters = [this](const auto& parameter) {
+    std::vector<double> all;
+    for (int i = 0; i < control_points_; ++i) all.push_back(parameter(i));
+    return all;
+  };
+  if (passes_through_image())
+    return rows_of(
+        values_at(*this, parameters([&](int i) { return image_parameter(i); })).inverse());
+  const std::vector<double> greville = parameters([&](int i) { return greville_abscissa(i); });
+  const Eigen::SparseMatrix<double> values = values_at(*this, greville).sparseView();
+  const Eigen::SparseLU<Eigen::SparseMatrix<double>> factors(values);
+  return rows_of(factors.solve(samples_of_image(greville, image_parameter(1))));
 }
 
 bool SplineAxis::passes_through_image() const {
