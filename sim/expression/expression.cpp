@@ -94,9 +94,9 @@ class Translation {
 
   // Throws CaseError unless the variable at token i is compared with a text on one of its sides.
   void require_comparison(std::size_t i, int variable) const {
-    const bool before = i >= 2 && tests_equality(tokens_[i - 1]) && is_translated_text(i - 2);
+    if (i >= 2 && tests_equality(tokens_[i - 1]) && is_translated_text(i - 2)) return;
     const bool after = tests_equality(tokens_[i + 1]) && tokens_[i + 2].kind == Token::Kind::text;
-    if (before || after) return;
+    if (after && stands_alone(i)) return;
     const std::string& name = variables_[variable].name;
     fail_in_expression(expression_, tokens_[i].begin, in_quotes(name) + " is a text",
                        "expected a comparison with a text: " + name + " == 'TEXT'");
@@ -106,6 +106,16 @@ class Translation {
     return std::ranges::find(text_tokens_, i) != text_tokens_.end();
   }
 
+  // True if the comparison whose left side is token i compares this token alone with one token.
+  bool stands_alone(std::size_t i) const {
+    const auto ends = [](const Token& token) {
+      const auto is_sign = [&](const char* sign) { return token.is_operation(sign); };
+      return token.kind != Token::Kind::operation || is_sign("&&") || is_sign("||") ||
+             is_sign("?") || is_sign(":");
+    };
+    return (i == 0 || ends(tokens_[i - 1])) && ends(tokens_[i + 3]);
+  }
+
   // Translates a name in quotes, or a text that a variable is compared with.
   void translate_quoted(std::size_t i) {
     Token& token = tokens_[i];
@@ -113,7 +123,7 @@ class Translation {
     const bool before =
         i >= 2 && tests_equality(tokens_[i - 1]) && is_text_variable(tokens_[i - 2]);
     const bool after = tests_equality(tokens_[i + 1]) && is_text_variable(tokens_[i + 2]);
-    if (!before && !after) {
+    if (!(before && stands_alone(i - 2)) && !(after && stands_alone(i))) {
       fail_in_expression(expression_, token.begin,
                          "the text " + in_quotes(token.text) + " is compared with no text",
                          hint_for_text(token.text));
@@ -179,9 +189,9 @@ Expression::Expression(const LocatedText& text, std::vector<Token> tokens,
   std::string translated;
   std::vector<std::size_t> starts;  // by token: its place in `translated`
   for (const Token& token : tokens) {
-    starts.push_back(translated.size());
     // muParser wants the bracket of a call right behind the name.
     if (token.kind == Token::Kind::open && !translated.empty()) translated.pop_back();
+    starts.push_back(translated.size());
     translated += token.text + ' ';
   }
   try {

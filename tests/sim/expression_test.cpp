@@ -119,6 +119,9 @@ TEST(Expression, SaysWhereItIsWrong) {
       {"contact.friction == \"euler\"",
        "sweep.toml:3:29: the text \"euler\" is compared with no text\n"
        "  expected it beside == or != and the name of a text"},
+      {"1 + time.method == \"euler\"",
+       "sweep.toml:3:13: \"time.method\" is a text\n  expected a comparison with a text: "
+       "time.method == 'TEXT'"},
       {"1 == \"a", "sweep.toml:3:14: the text has no closing quote\n  expected \" at its end"},
       {"contact.friction ! 1",
        "sweep.toml:3:26: unexpected \"!\" behind a value\n"
