@@ -21,6 +21,25 @@ struct SourceLocation {
   int column = 0;
 };
 
+// The text of a string in a case or sweep file, with the places of its bytes for messages
+// (sim/case/located_text.h).
+struct LocatedText {
+  struct Place {
+    int line = 0, column = 0;
+  };
+  std::string text;
+  SourceLocation location;  // place of the string: of its opening quote, or of an override
+  // Places of all bytes of the text, and of its end. Empty if only `location` is known.
+  std::vector<Place> places = {};
+
+  // Returns the place of a byte, or `location` if the places of bytes are unknown. Precondition:
+  // byte <= text.size().
+  SourceLocation at(std::size_t byte) const {
+    if (places.empty()) return location;
+    return {location.file, places[byte].line, places[byte].column};
+  }
+};
+
 // The time integration methods. time_methods.cpp lists their properties.
 enum class TimeMethod { cvode, arkode, euler, static_loads, implicit_midpoint, verlet };
 enum class PreconditionerChoice { automatic, block_jacobi, multigrid };
@@ -359,6 +378,13 @@ struct OutputCase {
   double compression_error = 1e-6;  // m; largest change of a coordinate by bounded compression
 };
 
+// A named number that a run reports at its end, as an expression over what it records
+// (sim/probes/probe.h).
+struct OutputExpression {
+  std::string name;
+  LocatedText text;
+};
+
 enum class ComputeBackend { automatic, gpu, osmesa, cpu };
 
 struct ComputeCase {
@@ -378,12 +404,13 @@ struct Case {
   ComputeCase compute;
   // [[include]]. The reader merges these files into the case, so the list of a read case is empty.
   std::vector<IncludeCase> include;
-  std::vector<MaterialCase> material;  // [material.NAME]
-  std::vector<BodyCase> body;          // [[body]]
-  std::vector<ObstacleCase> obstacle;  // [[obstacle]]
-  std::vector<TieCase> tie;            // [[tie]]
-  std::vector<LoadCase> load;          // [[load]]
-  std::vector<SeamCase> seam;          // [[seam]]
+  std::vector<MaterialCase> material;     // [material.NAME]
+  std::vector<BodyCase> body;             // [[body]]
+  std::vector<ObstacleCase> obstacle;     // [[obstacle]]
+  std::vector<TieCase> tie;               // [[tie]]
+  std::vector<LoadCase> load;             // [[load]]
+  std::vector<SeamCase> seam;             // [[seam]]
+  std::vector<OutputExpression> outputs;  // [outputs], in the order of the file
 
   std::string path;  // path of the case file; base of relative paths
   // The case as TOML, with all overrides and with the defaults of all keys that apply

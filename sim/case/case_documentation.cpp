@@ -120,6 +120,11 @@ struct FieldSchema {
             {"additionalProperties", std::move(entry)},
             {"propertyNames", {{"pattern", identifier_pattern}}}};
   }
+  Json operator()(const std::vector<OutputExpression>*) const {
+    return {{"type", "object"},
+            {"additionalProperties", {{"type", "string"}}},
+            {"propertyNames", {{"pattern", identifier_pattern}}}};
+  }
 
  private:
   Json entries(Json items) const {
@@ -222,6 +227,12 @@ struct Section {
     begin(list.named ? '[' + inner + ']' : "[[" + inner + "]]");
     write_page(list.append(), inner, page);
   }
+  void operator()(const std::vector<OutputExpression>*) const {
+    begin('[' + path + ']');
+    page +=
+        "\n| key | value | default | meaning |\n| --- | --- | --- | --- |\n"
+        "| any name | an expression in quotes | none | A number of the run. |\n";
+  }
   template <class Value>
   void operator()(const Value*) const {}
   void operator()(const Choice&) const {}
@@ -235,7 +246,8 @@ struct Section {
 
 bool is_table(const Field& field) {
   return std::holds_alternative<TableMember>(field.member) ||
-         std::holds_alternative<TableList>(field.member);
+         std::holds_alternative<TableList>(field.member) ||
+         std::holds_alternative<std::vector<OutputExpression>*>(field.member);
 }
 
 void write_page(const Table& table, const std::string& path, std::string& page) {

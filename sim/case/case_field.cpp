@@ -155,6 +155,9 @@ struct ExpectedText {
   std::string operator()(const TableList& list) const {
     return list.named ? "tables by name" : "an array of tables";
   }
+  std::string operator()(const std::vector<OutputExpression>*) const {
+    return "expressions by name";
+  }
 };
 
 }  // namespace

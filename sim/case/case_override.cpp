@@ -119,6 +119,8 @@ class Override {
         enter_entry(child_array());
       }
       schema_ = std::move(inner);
+    } else if (std::holds_alternative<std::vector<OutputExpression>*>(field->member)) {
+      set_output();
     } else if (is_varying(*field) && !is_index(keys_[position_ + 1])) {
       Table inner = varying_table(*field);
       table_ = &child_table();
@@ -128,6 +130,16 @@ class Override {
     } else {
       set_entry(*field);
     }
+  }
+
+  // Sets an expression in a table of expressions. The next key, the last one, is its name.
+  void set_output() {
+    toml::table& outputs = child_table();
+    ++position_;
+    if (!at_last_key())
+      fail(in_quotes(key()) + " has no keys of its own", "expected an expression");
+    set(outputs, key(), value(true));
+    done_ = true;
   }
 
   static bool is_index(const std::string& key) {

@@ -8,6 +8,7 @@
 #include "sim/case/case_text.h"
 #include "sim/case/case_tree.h"
 #include "sim/case/case_writer.h"
+#include "sim/case/located_text.h"
 #include "sim/case/material_presets.h"
 
 namespace weft::sim {
@@ -64,6 +65,8 @@ Case parse_case(const std::string& text, const std::string& path,
   result.path = path;
   Locations locations(path);
   read_table(root, describe(result), "", locations);
+  for (OutputExpression& output : result.outputs)
+    output.text = located_text(output.text.text, output.text.location, text);
   choose_materials(result, locations);
   result.method_given = locations.given("time.method");
   result.method_location = locations.value("time.method");

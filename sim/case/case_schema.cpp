@@ -499,7 +499,7 @@ Table describe(ObstacleCase& target) {
 
 Table describe(Case& target) {
   auto& [title, time, equilibria, world, contact, output, compute, include, material, body,
-         obstacle, tie, load, seam, path, resolved, method_given, method_location,
+         obstacle, tie, load, seam, outputs, path, resolved, method_given, method_location,
          accuracy_location, choice] = target;
   return {{
       field("title", &title, "Short description of the case."),
@@ -524,6 +524,9 @@ Table describe(Case& target) {
             "Springs between vertices of a body and another body or an obstacle."),
       field("load", tables(&load), "Forces that act on bodies from outside."),
       field("seam", tables(&seam), "Borders of bodies that are sewn together."),
+      field("outputs", &outputs,
+            "Numbers that the run reports at its end: expressions over what it records, such as "
+            "\"max(largest_stretch)\", by name. docs/guide.md lists what they may use."),
   }};
 }
 

@@ -53,10 +53,11 @@ struct TableList {
 };
 
 // The member that a field describes. An absent std::optional<int> is written "auto".
-using Member = std::variant<bool*, int*, std::optional<int>*, double*, std::optional<double>*,
-                            std::string*, Vec3*, std::optional<Vec3>*, std::vector<int>*,
-                            std::vector<double>*, std::vector<Vec3>*, std::vector<std::string>*,
-                            Varying<double>*, Varying<Vec3>*, Choice, TableMember, TableList>;
+using Member =
+    std::variant<bool*, int*, std::optional<int>*, double*, std::optional<double>*, std::string*,
+                 Vec3*, std::optional<Vec3>*, std::vector<int>*, std::vector<double>*,
+                 std::vector<Vec3>*, std::vector<std::string>*, Varying<double>*, Varying<Vec3>*,
+                 Choice, TableMember, TableList, std::vector<OutputExpression>*>;
 
 struct Field {
   std::string key;

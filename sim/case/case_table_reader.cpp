@@ -1,6 +1,8 @@
 #include "sim/case/case_table_reader.h"
 
+#include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
@@ -15,7 +17,10 @@ std::string wanted(const Field& field, const std::string& path) {
   if (const auto* list = std::get_if<TableList>(&field.member)) {
     return "tables " + heading(list->named ? join_path(path, "NAME") : join_path(path, 0));
   }
-  if (std::holds_alternative<TableMember>(field.member)) return "a table, " + heading(path);
+  if (std::holds_alternative<TableMember>(field.member) ||
+      std::holds_alternative<std::vector<OutputExpression>*>(field.member)) {
+    return "a table, " + heading(path);
+  }
   return expected_text(field);
 }
 
@@ -135,6 +140,26 @@ class ValueReader {
     } else {
       array_of_tables(target);
     }
+  }
+  void operator()(std::vector<OutputExpression>* target) const {
+    const auto* source = node_.as_table();
+    if (source == nullptr) fail_kind();
+    for (auto&& [key, node] : *source) {
+      const std::string name(key.str());
+      require_identifier(name, location_of(key.source()));
+      const auto* text = node.as_string();
+      if (text == nullptr) {
+        throw CaseError(location_of(node.source()),
+                        in_quotes(join_path(field_.key, name)) + " is " + kind_of(node),
+                        "expected an expression in quotes, such as \"max(largest_stretch)\"");
+      }
+      target->push_back({name, {text->get(), location_of(node.source())}});
+    }
+    // toml++ sorts keys by name. Overrides, which have no line, come last.
+    std::ranges::stable_sort(*target, {}, [](const OutputExpression& output) {
+      const SourceLocation& at = output.text.location;
+      return std::pair(at.line == 0 ? std::numeric_limits<int>::max() : at.line, at.column);
+    });
   }
 
  private:
@@ -273,16 +298,19 @@ class ValueReader {
     return *source;
   }
 
+  static void require_identifier(const std::string& name, const SourceLocation& where) {
+    if (is_identifier(name)) return;
+    throw CaseError(where, in_quotes(name) + " is not a name",
+                    "expected a name of letters, digits, _ and -");
+  }
+
   void named_tables(const TableList& target) const {
     const auto* source = node_.as_table();
     if (source == nullptr) fail_kind();
     for (auto&& [key, node] : *source) {
       const std::string name(key.str());
       const SourceLocation key_location = location_of(key.source());
-      if (!is_identifier(name)) {
-        throw CaseError(key_location, in_quotes(name) + " is not a name",
-                        "expected a name of letters, digits, _ and -");
-      }
+      require_identifier(name, key_location);
       if (!node.is_table()) fail_kind(node, in_quotes(join_path(field_.key, name)));
       const std::string path = join_path(path_, name);
       locations_.add(path, key_location, location_of(node.source()));

@@ -77,11 +77,13 @@ struct ValueText {
   }
   std::string operator()(const TableMember&) const { return ""; }
   std::string operator()(const TableList&) const { return ""; }
+  std::string operator()(const std::vector<OutputExpression>*) const { return ""; }
 };
 
 bool is_table(const Field& field) {
   return std::holds_alternative<TableMember>(field.member) ||
-         std::holds_alternative<TableList>(field.member);
+         std::holds_alternative<TableList>(field.member) ||
+         std::holds_alternative<std::vector<OutputExpression>*>(field.member);
 }
 
 // True if a key that excludes this field (Field::excluded_by) has a value.
@@ -112,6 +114,12 @@ struct TableWriter {
       text += list.named ? "\n[" + name + "]\n" : "\n[[" + name + "]]\n";
       write_table(entry, name, text);
     }
+  }
+  void operator()(const std::vector<OutputExpression>* outputs) const {
+    if (outputs->empty()) return;
+    text += "\n[" + key + "]\n";
+    for (const OutputExpression& output : *outputs)
+      text += output.name + " = " + toml_string(output.text.text) + '\n';
   }
   template <class Value>
   void operator()(const Value*) const {}

@@ -110,11 +110,6 @@ std::size_t position_of(const SourceLocation& place, const std::string& text) {
 
 }  // namespace
 
-SourceLocation LocatedText::at(std::size_t byte) const {
-  if (places.empty()) return location;
-  return {location.file, places[byte].line, places[byte].column};
-}
-
 LocatedText located_text(const std::string& text, const SourceLocation& location,
                          const std::string& file_text) {
   LocatedText result{text, location};

@@ -119,6 +119,8 @@ std::string report_json(const RunCommand& command, const Case& source, const Run
   json["largest_stretch"] = report.largest_stretch;
   json["energies"] = Json::object();
   for (const auto& [name, value] : report.energies) json["energies"][name] = value;
+  json["outputs"] = Json::object();
+  for (const auto& [name, value] : report.outputs) json["outputs"][name] = value;
   if (!report.compute.empty()) json["compute"] = report.compute;
   if (!report.decision.empty()) json["integrator"] = report.decision;
   json["counters"] = counters_json(report.statistics.counters);

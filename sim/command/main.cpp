@@ -9,6 +9,7 @@
 #include <span>
 #include <string_view>
 
+#include "sim/case/case_error.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/case/material_presets.h"
@@ -18,6 +19,7 @@
 #include "sim/command/modes_command.h"
 #include "sim/command/progress_bar.h"
 #include "sim/command/run_command.h"
+#include "sim/probes/outputs.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/view/field_values.h"
 #include "sim/view/render_trajectory.h"
@@ -34,6 +36,7 @@ constexpr const char* description =
   weft modes CASE -n 10                              natural frequencies about the equilibrium of a case
   weft buckling CASE -n 5                            load factors at which it buckles
   weft info out/drape_torus.h5 --crossings           summary; counts surfaces that pass through each other
+  weft outputs out/drape_torus.h5 'low = min(lower("cloth").z)'   numbers of a run, as expressions
   weft info --materials                              the presets of materials, their values and sources
   weft render out/drape_torus.h5 -o pictures         PNG frames, and a movie when ffmpeg is there
   weft render out/drape_torus.h5 --lod 0.5           the same with fewer triangles, exact to half a pixel
@@ -68,6 +71,28 @@ int show_info(const std::string& path, bool crossings, bool json) {
       show_facts(summarise_trajectory(path), json);
     }
     return exit_code::done;
+  } catch (const std::exception& error) {
+    return refuse_file(path, error, json);
+  }
+}
+
+// Prints outputs of a trajectory: those that `texts` give or, without any, those of its case.
+int show_outputs(const std::string& path, const std::vector<std::string>& texts, bool json) {
+  std::vector<OutputExpression> outputs;
+  try {
+    for (const std::string& text : texts) outputs.push_back(output_of(text));
+    const TrajectoryReader reader(path);
+    if (texts.empty()) outputs = recorded_outputs(reader, path);
+    if (outputs.empty()) {
+      throw CaseError({path}, "its case has no [outputs]",
+                      "expected NAME = EXPRESSION, such as 'stretch = max(largest_stretch)'");
+    }
+    show_facts(evaluate_outputs(outputs, reader), json);
+    return exit_code::done;
+  } catch (const CaseError& error) {
+    complain(error.what());
+    if (json) std::cout << refusal_json(exit_code::bad_case, error.what()) << '\n';
+    return exit_code::bad_case;
   } catch (const std::exception& error) {
     return refuse_file(path, error, json);
   }
@@ -120,6 +145,7 @@ struct Arguments {
   RunCommand command;
   ModesCommand modes;
   std::string trajectory;
+  std::vector<std::string> outputs;
   bool crossings = false, materials = false, json = false;
   std::string pictures = "pictures";
   RenderOptions drawing;
@@ -317,6 +343,26 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
   });
 }
 
+void add_outputs(CLI::App& app, Arguments& arguments) {
+  CLI::App* outputs = app.add_subcommand(
+      "outputs",
+      "Compute numbers from a trajectory: the [outputs] of its case, or expressions given here. "
+      "docs/guide.md lists what they may use");
+  outputs->add_option("trajectory", arguments.trajectory, "HDF5 file of a run")->required();
+  outputs
+      ->add_option("expressions", arguments.outputs,
+                   "Outputs in place of those of the case, for example 'stretch = "
+                   "max(largest_stretch)'")
+      ->type_name("NAME=EXPRESSION");
+  outputs->add_flag("--json", arguments.json, "Print one JSON object");
+  outputs->callback([&] {
+    arguments.code = run_guarded(
+        {.path = arguments.trajectory, .json = arguments.json, .is_long = true, .run = [&] {
+           return show_outputs(arguments.trajectory, arguments.outputs, arguments.json);
+         }});
+  });
+}
+
 void add_schema(CLI::App& app, Arguments& arguments) {
   CLI::App* schema = app.add_subcommand("schema", "Print the JSON schema of case files");
   schema->add_flag("--markdown", arguments.markdown, "Print the reference page instead");
@@ -385,6 +431,7 @@ int main(int argc, char** argv) {
   add_run_and_check(app, arguments);
   add_modes_and_buckling(app, arguments);
   add_info_and_render(app, arguments);
+  add_outputs(app, arguments);
   add_schema(app, arguments);
   add_bench(app, arguments);
   try {

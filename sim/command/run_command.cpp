@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -18,6 +19,7 @@
 #include "sim/command/guarded_command.h"
 #include "sim/command/progress_bar.h"
 #include "sim/run/initial_state.h"
+#include "sim/run/output_check.h"
 #include "sim/run/recorded_run.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/view/scene_description.h"
@@ -73,6 +75,10 @@ void print_bill(const Bill& bill) {
   std::printf("\n");
 }
 
+std::string output_text(double value) {
+  return std::isnan(value) ? "no number" : rounded_text(value);
+}
+
 void print_summary(const RunReport& report) {
   std::printf("%s  %.4g s simulated in %.3g s, %s\n", status_name(report.status),
               report.simulated_time, report.bill.total.wall,
@@ -86,6 +92,8 @@ void print_summary(const RunReport& report) {
   if (report.smallest_gap) std::printf("  smallest gap %.3g mm\n", 1e3 * *report.smallest_gap);
   std::printf("  largest stretch %.2f %%\n", 100 * report.largest_stretch);
   if (report.error_estimate) print_errors(*report.error_estimate);
+  for (const auto& [name, value] : report.outputs)
+    std::printf("  %s %s\n", name.c_str(), output_text(value).c_str());
   if (!report.trajectory.empty())
     std::printf("  trajectory %s\n", printable(report.trajectory).c_str());
 }
@@ -172,6 +180,7 @@ int run_case(const RunCommand& command) {
     // Refuse an existing file now, because the pilot may take long.
     TrajectoryWriter::refuse_existing(trajectory, command.force);
     catch_stop_signals();
+    check_outputs_before_pilot(source, command.estimate_error);
     pilot = run_pilot(source, command.quiet);
   };
   return with_scene(command, prepare, [&](const Scene& scene) {
@@ -203,6 +212,7 @@ int check_case(const RunCommand& command) {
       command, [](Case& source) { choose_accuracy(source); },
       [&](const Scene& scene) {
         check_initial_state(scene);
+        check_outputs(scene, false);
         std::cout << printable(describe_scene(scene), true);
         return exit_code::done;
       });

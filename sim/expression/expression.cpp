@@ -65,6 +65,7 @@ class Translation {
   void translate(std::size_t i) {
     Token& token = tokens_[i];
     if (token.kind == Token::Kind::text) return translate_quoted(i);
+    if (token.kind == Token::Kind::variable) return use(i, std::stoi(token.text));
     if (token.kind != Token::Kind::name || tokens_[i + 1].kind == Token::Kind::open) return;
     if (const int variable = index_of(token.text); variable >= 0) return use(i, variable);
     const auto* constant = std::ranges::find(constants, token.text, &Constant::name);
@@ -72,14 +73,22 @@ class Translation {
     token.text = number_text(constant->value);
   }
 
+  std::vector<std::string> names_of_variables() const {
+    std::vector<std::string> names;
+    for (const ExpressionVariable& variable : variables_) {
+      if (!variable.name.empty()) names.push_back(variable.name);
+    }
+    return names;
+  }
+
   int index_of(const std::string& name) const {
+    if (name.empty()) return -1;
     const auto found = std::ranges::find(variables_, name, &ExpressionVariable::name);
     return found == variables_.end() ? -1 : static_cast<int>(found - variables_.begin());
   }
 
   [[noreturn]] void fail_unknown(const Token& token) const {
-    std::vector<std::string> names;
-    for (const ExpressionVariable& variable : variables_) names.push_back(variable.name);
+    std::vector<std::string> names = names_of_variables();
     for (const Constant& constant : constants) names.emplace_back(constant.name);
     fail_in_expression(expression_, token.begin, "unknown name " + in_quotes(token.text),
                        name_hint(token.text, names));
@@ -137,9 +146,7 @@ class Translation {
   }
 
   std::string hint_for_text(const std::string& text) const {
-    std::vector<std::string> names;
-    for (const ExpressionVariable& variable : variables_) names.push_back(variable.name);
-    if (const auto near = nearest_name(text, names))
+    if (const auto near = nearest_name(text, names_of_variables()))
       return "did you mean the name \"" + *near + "\"?";
     return "expected it beside == or != and the name of a text";
   }

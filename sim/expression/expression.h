@@ -12,7 +12,8 @@
 namespace weft::sim {
 
 // A variable of an expression. Its name may be a path of a case, such as "contact.friction". An
-// expression writes a name with other characters than letters, digits, _ and dots in quotes.
+// expression writes a name with other characters than letters, digits, _ and dots in quotes. A
+// variable without a name is for tokens of the kind `variable`.
 struct ExpressionVariable {
   std::string name;
   // True if the value is a text. An expression may only compare it with a text in quotes, by == or
@@ -31,7 +32,7 @@ class Expression {
   // Throws CaseError at the character at fault. Its hint names the nearest variable or function.
   Expression(const LocatedText& text, std::vector<ExpressionVariable> variables);
   // Reads an expression from its tokens, of which the last is of the kind `end`. The caller may
-  // have put names of variables in the place of other tokens.
+  // have put tokens of the kind `variable` in the place of others.
   Expression(const LocatedText& text, std::vector<Token> tokens,
              std::vector<ExpressionVariable> variables);
   ~Expression();

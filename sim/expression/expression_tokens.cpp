@@ -169,6 +169,7 @@ class GrammarCheck {
     switch (token.kind) {
       case Token::Kind::number:
       case Token::Kind::text:
+      case Token::Kind::variable:
         expects_value_ = false;
         return;
       case Token::Kind::name:

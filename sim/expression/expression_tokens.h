@@ -20,7 +20,8 @@ struct Token {
     open,
     close,
     comma,
-    end  // follows the last part
+    variable,  // put there by a caller of Expression: `text` is the index of a variable
+    end        // follows the last part
   };
   Kind kind = Kind::end;
   std::string text;       // without the quotes of a text and the dot of a member

@@ -13,7 +13,9 @@
 #include "sim/case/case_checks.h"
 #include "sim/case/frame_times.h"
 #include "sim/motion/dynamics.h"
+#include "sim/probes/outputs.h"
 #include "sim/run/initial_state.h"
+#include "sim/run/output_check.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation/cpu_limit.h"
 #include "sim/simulation/simulation.h"
@@ -36,8 +38,8 @@ class Run final : private StepObserver {
       : scene_(scene),
         options_(options),
         simulation_(scene),
-        recorder_(std::in_place, simulation_, in_output_folder(options.trajectory), options.force,
-                  report_.bill.record, error_series()),
+        recorder_(std::in_place, with_checked_outputs(), in_output_folder(options.trajectory),
+                  options.force, report_.bill.record, more_series()),
         frame_times_(scene.source) {
     simulation_.add_observer(*this);
     if (!options.estimate_error) return;
@@ -64,6 +66,7 @@ class Run final : private StepObserver {
     settle(started);
     recorder_->finish({status_name(report_.status), report_.reason, report_.bill});
     close_file();
+    evaluate();
     settle(started);
     report_.statistics = simulation_.statistics();
     return report_;
@@ -106,6 +109,21 @@ class Run final : private StepObserver {
     recorder_.reset();
   }
 
+  // Returns the simulation, after a check of the outputs that the case asks for.
+  const Simulation& with_checked_outputs() const {
+    const auto& outputs = scene_.source.outputs;
+    if (!outputs.empty()) check_outputs(outputs, recorded_contents(simulation_, more_series()));
+    return simulation_;
+  }
+
+  // Evaluates the outputs from the file.
+  void evaluate() {
+    if (scene_.source.outputs.empty()) return;
+    const CostTimer cost(report_.bill.record);
+    report_.outputs =
+        evaluate_outputs(scene_.source.outputs, TrajectoryReader(options_.trajectory));
+  }
+
   // Sets all parts of the bill. The cost of the run is the total cost less all other parts.
   void settle(const Stopwatch& started) {
     Bill& bill = report_.bill;
@@ -116,14 +134,9 @@ class Run final : private StepObserver {
     bill.total = here + options_.earlier.total;
   }
 
-  std::vector<TrajectoryWriter::Series> error_series() const {
-    std::vector<TrajectoryWriter::Series> series;
-    for (const SceneBody& body : scene_.bodies) {
-      if (body.dynamic && options_.estimate_error) {
-        series.push_back({"error_estimate_" + body.name, "m"});
-      }
-    }
-    return series;
+  std::vector<TrajectoryWriter::Series> more_series() const {
+    if (!options_.estimate_error) return {};
+    return error_series(scene_);
   }
 
   void record(double time, std::span<const double> y) {

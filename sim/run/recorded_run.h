@@ -56,6 +56,8 @@ struct RunReport {
   std::string decision;  // last choice that the integrator made by itself; empty without a choice
   double largest_stretch = 0;  // largest l / L - 1 over all frames and edges
   std::vector<std::pair<std::string, double>> energies;  // energies (J) of the last frame, by name
+  // Values of the case's [outputs], in their order; NaN for what does not exist.
+  std::vector<std::pair<std::string, double>> outputs;
   Statistics statistics;
   std::optional<ErrorEstimate> error_estimate;  // set if RunOptions::estimate_error
   std::string trajectory;                       // path of the HDF5 file
@@ -70,7 +72,8 @@ std::string reason_of_signal(int signal);
 
 // Runs the scene until the end of the case, a failure or a stop. The trajectory then holds all
 // frames up to that time. After a failure, its last frame is the last good state. Throws CaseError
-// for an initial state that cannot be simulated, before any file is written. Throws FileError if
+// for an initial state that cannot be simulated and for outputs at fault, before any file is
+// written. Throws FileError if
 // the file cannot be written.
 RunReport run_simulation(const Scene& scene, const RunOptions& options);
 // Runs the case in the same way. If the case gives time.accuracy, correct_accuracy() first chooses

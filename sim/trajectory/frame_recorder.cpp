@@ -127,7 +127,31 @@ double or_nan(std::optional<double> gap) {
   return gap.value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
+// Returns the series of frames. FrameRecorder::frame_values() gives their values in this order.
+std::vector<Series> frame_series(const Simulation& simulation, const std::vector<Series>& more) {
+  std::vector<Series> series = energy_series(simulation.dynamics());
+  series.push_back({"smallest_gap", "m"});
+  series.push_back({"largest_stretch", "1"});
+  series.push_back({"sleeping_bodies", "1"});
+  if (simulation.integrator().path_point()) {
+    series.push_back({"load_factor", "1"});
+    series.push_back({"negative_directions", "1"});
+  }
+  for (const StatisticColumn& column : statistic_columns)
+    series.push_back({column.name, column.units});
+  series.insert(series.end(), more.begin(), more.end());
+  return series;
+}
+
 }  // namespace
+
+TrajectoryContents recorded_contents(const Simulation& simulation,
+                                     const std::vector<Series>& more) {
+  const RecordedChannels channels(simulation);
+  const RecordedImages images(simulation.scene(), channels);
+  return {images.bodies(), trajectory_records(channels), frame_series(simulation, more),
+          step_series(simulation.dynamics())};
+}
 
 FrameRecorder::FrameRecorder(const Simulation& simulation, const std::string& path, bool force,
                              Cost& cost, const std::vector<Series>& more)
@@ -137,7 +161,7 @@ FrameRecorder::FrameRecorder(const Simulation& simulation, const std::string& pa
       cost_(cost),
       channels_(simulation),
       images_(scene_, channels_),
-      writer_(path, images_.bodies(), frame_series(more),
+      writer_(path, images_.bodies(), frame_series(simulation, more),
               {.title = scene_.source.title,
                .case_text = scene_.source.resolved_text,
                .compute = simulation.compute(),
@@ -150,21 +174,6 @@ FrameRecorder::FrameRecorder(const Simulation& simulation, const std::string& pa
                .compression_error = scene_.source.output.compression_error,
                .commit_interval = commit_interval},
               images_.positions(scene_.initial_position)) {}
-
-std::vector<Series> FrameRecorder::frame_series(const std::vector<Series>& more) const {
-  std::vector<Series> series = energy_series(dynamics_);
-  series.push_back({"smallest_gap", "m"});
-  series.push_back({"largest_stretch", "1"});
-  series.push_back({"sleeping_bodies", "1"});
-  if (simulation_.integrator().path_point()) {
-    series.push_back({"load_factor", "1"});
-    series.push_back({"negative_directions", "1"});
-  }
-  for (const StatisticColumn& column : statistic_columns)
-    series.push_back({column.name, column.units});
-  series.insert(series.end(), more.begin(), more.end());
-  return series;
-}
 
 std::vector<double> FrameRecorder::frame_values(const StateSummary& summary, double largest_stretch,
                                                 const IntegratorCounts& counts) const {

@@ -13,6 +13,10 @@
 
 namespace weft::sim {
 
+// Returns what a FrameRecorder of the simulation would write, without writing it.
+TrajectoryContents recorded_contents(const Simulation& simulation,
+                                     const std::vector<TrajectoryWriter::Series>& more = {});
+
 // Writes the frames of a run and one row of values per step. A frame has positions, channels,
 // energies, counters and phase times.
 class FrameRecorder {
@@ -44,8 +48,6 @@ class FrameRecorder {
   void check_in_place() const { writer_.check_in_place(); }
 
  private:
-  std::vector<TrajectoryWriter::Series> frame_series(
-      const std::vector<TrajectoryWriter::Series>& more) const;
   std::vector<double> frame_values(const StateSummary& summary, double largest_stretch,
                                    const IntegratorCounts& counts) const;
 

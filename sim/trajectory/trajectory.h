@@ -167,6 +167,14 @@ class TrajectoryWriter {
   std::unique_ptr<Implementation> implementation_;
 };
 
+// The names, shapes and units of all that a trajectory holds.
+struct TrajectoryContents {
+  std::vector<TrajectoryBody> bodies;
+  std::vector<TrajectoryRecord> records;
+  std::vector<TrajectoryWriter::Series> series;       // one value per frame
+  std::vector<TrajectoryWriter::Series> step_series;  // one value per step
+};
+
 // Reads a trajectory, even if its run was killed or is still going on. Preconditions: indices of
 // frames and bodies are in range, and only one thread uses readers at a time, because HDF5 requires
 // this. All functions that read the file throw FileError if it is damaged or cannot be read.
@@ -206,6 +214,13 @@ class TrajectoryReader {
   std::vector<TrajectoryWriter::Series> series() const;
   // Returns the values of a series, one per frame. Throws FileError for an unknown name.
   std::vector<double> series_values(const std::string& name) const;
+  // Returns the series of steps; empty if the file has none.
+  std::vector<TrajectoryWriter::Series> step_series() const;
+  // Returns the values of a series of steps, one per step. All of these series have the same number
+  // of values: steps that not all of them had when the file was opened are left out. Throws
+  // FileError for an unknown name.
+  std::vector<double> step_values(const std::string& name) const;
+  TrajectoryContents contents() const;
 
  private:
   struct Implementation;
