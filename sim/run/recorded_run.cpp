@@ -35,12 +35,10 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 class Run final : private StepObserver {
  public:
   Run(const Scene& scene, const RunOptions& options)
-      : scene_(scene),
-        options_(options),
-        simulation_(scene),
-        recorder_(std::in_place, with_checked_outputs(), in_output_folder(options.trajectory),
-                  options.force, report_.bill.record, more_series()),
-        frame_times_(scene.source) {
+      : scene_(scene), options_(options), simulation_(scene), frame_times_(scene.source) {
+    refuse_bad_outputs();
+    recorder_.emplace(simulation_, in_output_folder(options.trajectory), options.force,
+                      report_.bill.record, more_series());
     simulation_.add_observer(*this);
     if (!options.estimate_error) return;
     const CostTimer timer(report_.bill.error_estimate);
@@ -109,11 +107,9 @@ class Run final : private StepObserver {
     recorder_.reset();
   }
 
-  // Returns the simulation, after a check of the outputs that the case asks for.
-  const Simulation& with_checked_outputs() const {
+  void refuse_bad_outputs() const {
     const auto& outputs = scene_.source.outputs;
     if (!outputs.empty()) check_outputs(outputs, recorded_contents(simulation_, more_series()));
-    return simulation_;
   }
 
   // Evaluates the outputs from the file.

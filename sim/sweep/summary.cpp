@@ -1,0 +1,185 @@
+#include "sim/sweep/summary.h"
+
+#include <hdf5.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "sim/base/file_error.h"
+#include "sim/base/hdf5_handle.h"
+#include "sim/case/case_text.h"
+#include "sim/view/plot.h"
+
+namespace weft::sim {
+
+namespace {
+
+namespace fs = std::filesystem;
+using hdf5::Access;
+using hdf5::Handle;
+
+// Returns a field of comma-separated values: in quotes if it has a comma, a quote or a line end.
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char byte : text) {
+    if (byte == '"') quoted += '"';
+    quoted += byte;
+  }
+  return quoted + '"';
+}
+
+std::string csv_number(double value) { return std::isnan(value) ? "" : number_text(value); }
+
+std::string csv_value(const FactorValue& value) {
+  if (const auto* number = std::get_if<double>(&value)) return csv_number(*number);
+  if (const auto* truth = std::get_if<bool>(&value)) return *truth ? "true" : "false";
+  return csv_field(std::get<std::string>(value));
+}
+
+// Writes the columns of a summary as datasets of an HDF5 file.
+class SummaryFile {
+ public:
+  SummaryFile(const Summary& summary, const std::string& path)
+      : summary_(summary), access_(path), creation_(H5Pcreate(H5P_FILE_CREATE)) {
+    H5Pset_obj_track_times(creation_.get(), false);
+    H5Pset_link_creation_order(creation_.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
+    file_ = access_.handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation_.get(), H5P_DEFAULT),
+                           "create it");
+  }
+
+  void write() {
+    access_.write_attribute(file_.get(), "format", "weft-summary");
+    access_.write_attribute(file_.get(), "version", std::vector<int>{1});
+    write_texts(file_, "run", &SummaryRow::run);
+    write_factors();
+    const Handle outputs = make_group("outputs");
+    for (std::size_t i = 0; i < summary_.outputs.size(); ++i)
+      write_numbers(outputs, summary_.outputs[i], [i](const auto& row) { return row.outputs[i]; });
+    write_texts(file_, "status", &SummaryRow::status);
+    write_texts(file_, "reason", &SummaryRow::reason);
+    write_texts(file_, "version", &SummaryRow::version);
+    write_numbers(file_, "wall_s", &SummaryRow::wall_time);
+    write_numbers(file_, "cpu_s", &SummaryRow::cpu_time);
+    access_.check(H5Fflush(file_.get(), H5F_SCOPE_LOCAL), "write it");
+  }
+
+ private:
+  void write_factors() {
+    const Handle group = make_group("factors");
+    for (std::size_t i = 0; i < summary_.factors.size(); ++i) {
+      const bool has_texts = std::ranges::any_of(summary_.rows, [&](const SummaryRow& row) {
+        return std::holds_alternative<std::string>(row.factors[i]);
+      });
+      if (has_texts) {
+        write_texts(group, summary_.factors[i],
+                    [i](const SummaryRow& row) { return text_of(row.factors[i]); });
+      } else {
+        write_numbers(group, summary_.factors[i], [i](const SummaryRow& row) {
+          const auto* truth = std::get_if<bool>(&row.factors[i]);
+          return truth != nullptr ? (*truth ? 1.0 : 0.0) : std::get<double>(row.factors[i]);
+        });
+      }
+    }
+  }
+
+  static std::string text_of(const FactorValue& value) {
+    const auto* text = std::get_if<std::string>(&value);
+    return text != nullptr ? *text : csv_value(value);
+  }
+
+  Handle make_group(const std::string& name) const {
+    const Handle creation(H5Pcreate(H5P_GROUP_CREATE));
+    H5Pset_obj_track_times(creation.get(), false);
+    H5Pset_link_creation_order(creation.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
+    return access_.handle(
+        H5Gcreate2(file_.get(), name.c_str(), H5P_DEFAULT, creation.get(), H5P_DEFAULT),
+        "write " + name);
+  }
+
+  // Writes one value of `type` per run.
+  void write_column(const Handle& parent, const std::string& name, hid_t type,
+                    const void* values) const {
+    const Handle creation(H5Pcreate(H5P_DATASET_CREATE));
+    H5Pset_obj_track_times(creation.get(), false);
+    const std::string action = "write " + name;
+    const Handle space = hdf5::make_space({summary_.rows.size()});
+    const Handle dataset = access_.handle(H5Dcreate2(parent.get(), name.c_str(), type, space.get(),
+                                                     H5P_DEFAULT, creation.get(), H5P_DEFAULT),
+                                          action);
+    if (summary_.rows.empty()) return;
+    access_.check(H5Dwrite(dataset.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values), action);
+  }
+
+  void write_numbers(const Handle& parent, const std::string& name, const auto& of_row) const {
+    std::vector<double> values;
+    for (const SummaryRow& row : summary_.rows) {
+      const double value = std::invoke(of_row, row);
+      values.push_back(std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value);
+    }
+    write_column(parent, name, H5T_IEEE_F64LE, values.data());
+  }
+
+  void write_texts(const Handle& parent, const std::string& name, const auto& of_row) const {
+    std::vector<std::string> texts;
+    std::size_t width = 1;
+    for (const SummaryRow& row : summary_.rows) {
+      texts.push_back(std::invoke(of_row, row));
+      width = std::max(width, texts.back().size());
+    }
+    std::string bytes;
+    for (std::string& text : texts) {
+      text.resize(width, '\0');
+      bytes += text;
+    }
+    const Handle type(H5Tcopy(H5T_C_S1));
+    H5Tset_size(type.get(), width);
+    H5Tset_strpad(type.get(), H5T_STR_NULLPAD);
+    H5Tset_cset(type.get(), H5T_CSET_UTF8);
+    write_column(parent, name, type.get(), bytes.data());
+  }
+
+  const Summary& summary_;
+  Access access_;
+  Handle creation_;
+  Handle file_;
+};
+
+// Calls write(aside) with a path beside `path`, and gives the file its name.
+void write_aside(const fs::path& path, const auto& write) {
+  fs::path aside = path;
+  aside += ".part";
+  write(aside);
+  std::error_code failure;
+  fs::rename(aside, path, failure);
+  if (failure) throw FileError(path.string() + ": cannot be written: " + failure.message());
+}
+
+}  // namespace
+
+std::string summary_csv(const Summary& summary) {
+  std::string text = "run";
+  for (const std::string& name : summary.factors) text += ',' + csv_field(name);
+  for (const std::string& name : summary.outputs) text += ',' + csv_field(name);
+  text += ",status,reason,version,wall_s,cpu_s\n";
+  for (const SummaryRow& row : summary.rows) {
+    text += csv_field(row.run);
+    for (const FactorValue& value : row.factors) text += ',' + csv_value(value);
+    for (const double value : row.outputs) text += ',' + csv_number(value);
+    for (const std::string& field : {row.status, row.reason, row.version})
+      text += ',' + csv_field(field);
+    text += ',' + csv_number(row.wall_time) + ',' + csv_number(row.cpu_time) + '\n';
+  }
+  return text;
+}
+
+void write_summary(const Summary& summary, const fs::path& folder) {
+  write_aside(folder / "summary.csv",
+              [&](const fs::path& path) { write_text(summary_csv(summary), path); });
+  const hdf5::QuietErrors quiet;
+  write_aside(folder / "summary.h5",
+              [&](const fs::path& path) { SummaryFile(summary, path.string()).write(); });
+}
+
+}  // namespace weft::sim
