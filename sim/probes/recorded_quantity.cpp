@@ -70,7 +70,8 @@ class CallReader {
       const int found = form_.takes_body ? components_of_field(quantity.body) : record_components();
       if (quantity.components == 0) quantity.components = found;
     }
-    return {quantity, read_part(quantity)};
+    const std::size_t end = read_part(quantity);
+    return {quantity, end};
   }
 
  private:

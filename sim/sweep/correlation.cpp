@@ -23,12 +23,10 @@ struct Points {
 };
 
 double number_of(const FactorValue& value, std::vector<std::string>& texts) {
-  if (const auto* number = std::get_if<double>(&value)) return *number;
-  if (const auto* truth = std::get_if<bool>(&value)) return *truth ? 1 : 0;
-  const auto& text = std::get<std::string>(value);
-  const auto found = std::ranges::find(texts, text);
+  if (value.number) return *value.number;
+  const auto found = std::ranges::find(texts, value.text);
   const auto place = found - texts.begin();
-  if (found == texts.end()) texts.push_back(text);
+  if (found == texts.end()) texts.push_back(value.text);
   return static_cast<double>(place + 1);
 }
 
@@ -109,7 +107,7 @@ Plot plot_of(const Correlation& pair, const Points& points) {
 }
 
 std::string optional_number(const std::optional<double>& value) {
-  return value ? number_text(*value) : "";
+  return value ? rounded_text(*value) : "";
 }
 
 void remove_other_plots(const fs::path& folder, const std::set<std::string>& kept) {

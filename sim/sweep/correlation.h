@@ -33,7 +33,7 @@ struct Correlation {
 // counts as 0 or 1. Texts have no correlation.
 std::vector<Correlation> correlations_of(const Summary& summary);
 // Returns the table as comma-separated values: output, factor, runs, missing, pearson, spearman and
-// note.
+// note. Correlations have six digits.
 std::string correlations_csv(const std::vector<Correlation>& correlations);
 
 // Writes `folder`/correlations.csv, and a plot of each output against each factor,

@@ -3,8 +3,11 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <functional>
+#include <limits>
 
 #include "sim/base/file_error.h"
 #include "sim/base/hdf5_handle.h"
@@ -32,11 +35,13 @@ std::string csv_field(const std::string& text) {
 
 std::string csv_number(double value) { return std::isnan(value) ? "" : number_text(value); }
 
-std::string csv_value(const FactorValue& value) {
-  if (const auto* number = std::get_if<double>(&value)) return csv_number(*number);
-  if (const auto* truth = std::get_if<bool>(&value)) return *truth ? "true" : "false";
-  return csv_field(std::get<std::string>(value));
+std::string three_decimals(double value) {
+  std::array<char, 64> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.3f", value);
+  return buffer.data();
 }
+
+double not_a_number() { return std::numeric_limits<double>::quiet_NaN(); }
 
 // Writes the columns of a summary as datasets of an HDF5 file.
 class SummaryFile {
@@ -52,16 +57,18 @@ class SummaryFile {
   void write() {
     access_.write_attribute(file_.get(), "format", "weft-summary");
     access_.write_attribute(file_.get(), "version", std::vector<int>{1});
-    write_texts(file_, "run", &SummaryRow::run);
+    write_texts(file_, "hash", &SummaryRow::hash);
+    write_texts(file_, "status", &SummaryRow::status);
+    write_texts(file_, "failure", &SummaryRow::failure);
+    write_texts(file_, "reason", &SummaryRow::reason);
     write_factors();
     const Handle outputs = make_group("outputs");
     for (std::size_t i = 0; i < summary_.outputs.size(); ++i)
       write_numbers(outputs, summary_.outputs[i], [i](const auto& row) { return row.outputs[i]; });
-    write_texts(file_, "status", &SummaryRow::status);
-    write_texts(file_, "reason", &SummaryRow::reason);
-    write_texts(file_, "version", &SummaryRow::version);
-    write_numbers(file_, "wall_s", &SummaryRow::wall_time);
-    write_numbers(file_, "cpu_s", &SummaryRow::cpu_time);
+    write_costs("wall_s", &SummaryRow::wall_time);
+    write_costs("cpu_s", &SummaryRow::cpu_time);
+    write_costs("peak_memory_mib", &SummaryRow::peak_memory);
+    write_texts(file_, "weft_version", &SummaryRow::version);
     access_.check(H5Fflush(file_.get(), H5F_SCOPE_LOCAL), "write it");
   }
 
@@ -69,24 +76,20 @@ class SummaryFile {
   void write_factors() {
     const Handle group = make_group("factors");
     for (std::size_t i = 0; i < summary_.factors.size(); ++i) {
-      const bool has_texts = std::ranges::any_of(summary_.rows, [&](const SummaryRow& row) {
-        return std::holds_alternative<std::string>(row.factors[i]);
-      });
-      if (has_texts) {
-        write_texts(group, summary_.factors[i],
-                    [i](const SummaryRow& row) { return text_of(row.factors[i]); });
+      const auto has_text = [i](const SummaryRow& row) { return !row.factors[i].number; };
+      const std::string& name = summary_.factors[i];
+      if (std::ranges::any_of(summary_.rows, has_text)) {
+        write_texts(group, name, [i](const SummaryRow& row) { return row.factors[i].text; });
       } else {
-        write_numbers(group, summary_.factors[i], [i](const SummaryRow& row) {
-          const auto* truth = std::get_if<bool>(&row.factors[i]);
-          return truth != nullptr ? (*truth ? 1.0 : 0.0) : std::get<double>(row.factors[i]);
-        });
+        write_numbers(group, name, [i](const SummaryRow& row) { return *row.factors[i].number; });
       }
     }
   }
 
-  static std::string text_of(const FactorValue& value) {
-    const auto* text = std::get_if<std::string>(&value);
-    return text != nullptr ? *text : csv_value(value);
+  void write_costs(const std::string& name, double SummaryRow::*cost) {
+    write_numbers(file_, name, [cost](const SummaryRow& row) {
+      return row.has_ended ? row.*cost : not_a_number();
+    });
   }
 
   Handle make_group(const std::string& name) const {
@@ -116,7 +119,7 @@ class SummaryFile {
     std::vector<double> values;
     for (const SummaryRow& row : summary_.rows) {
       const double value = std::invoke(of_row, row);
-      values.push_back(std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value);
+      values.push_back(std::isnan(value) ? not_a_number() : value);
     }
     write_column(parent, name, H5T_IEEE_F64LE, values.data());
   }
@@ -159,17 +162,20 @@ void write_aside(const fs::path& path, const auto& write) {
 }  // namespace
 
 std::string summary_csv(const Summary& summary) {
-  std::string text = "run";
+  std::string text = "run,hash,status,failure,reason";
   for (const std::string& name : summary.factors) text += ',' + csv_field(name);
   for (const std::string& name : summary.outputs) text += ',' + csv_field(name);
-  text += ",status,reason,version,wall_s,cpu_s\n";
+  text += ",wall_s,cpu_s,peak_memory_mib,weft_version\n";
+  int number = 0;
   for (const SummaryRow& row : summary.rows) {
-    text += csv_field(row.run);
-    for (const FactorValue& value : row.factors) text += ',' + csv_value(value);
-    for (const double value : row.outputs) text += ',' + csv_number(value);
-    for (const std::string& field : {row.status, row.reason, row.version})
+    text += std::to_string(++number);
+    for (const std::string& field : {row.hash, row.status, row.failure, row.reason})
       text += ',' + csv_field(field);
-    text += ',' + csv_number(row.wall_time) + ',' + csv_number(row.cpu_time) + '\n';
+    for (const FactorValue& value : row.factors) text += ',' + csv_field(value.text);
+    for (const double value : row.outputs) text += ',' + csv_number(value);
+    for (const double cost : {row.wall_time, row.cpu_time, row.peak_memory})
+      text += ',' + (row.has_ended ? three_decimals(cost) : "");
+    text += ',' + (row.has_ended ? csv_field(row.version) : "") + '\n';
   }
   return text;
 }

@@ -2,27 +2,31 @@
 #pragma once
 
 #include <filesystem>
-#include <limits>
+#include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 namespace weft::sim {
 
 // The value of a factor in a run.
-using FactorValue = std::variant<double, bool, std::string>;
+struct FactorValue {
+  std::string text;              // as tables show it
+  std::optional<double> number;  // empty for a text; true is 1, false 0
+};
 
 // One run of a sweep.
 struct SummaryRow {
-  std::string run;                   // name of its folder: the hash of the run
+  std::string hash;                  // name of its folder
+  std::string status;                // "done", "failed", "interrupted", "not begun", ...
+  std::string failure;               // kind of a failure; "none" without one
+  std::string reason;                // reason of a failure, in words; else empty
   std::vector<FactorValue> factors;  // in the order of Summary::factors
   std::vector<double> outputs;       // in the order of Summary::outputs; NaN for what is missing
-  std::string status;                // "done", "failed", "interrupted" or "not begun"
-  std::string reason;                // reason of a failure or a stop; else empty
-  std::string version;               // version of Weft that made it; empty if it has not begun
-  // s; NaN without a run
-  double wall_time = std::numeric_limits<double>::quiet_NaN();
-  double cpu_time = std::numeric_limits<double>::quiet_NaN();
+  bool has_ended = false;            // if false, the members below mean nothing
+  double wall_time = 0;              // s
+  double cpu_time = 0;               // s
+  double peak_memory = 0;            // MiB
+  std::string version;               // of Weft
 };
 
 struct Summary {
@@ -32,17 +36,18 @@ struct Summary {
 };
 
 // Returns the summary as comma-separated values (RFC 4180, but with \n): a line of names, and a
-// line per run. The columns are run, the factors, the outputs, status, reason, version, wall_s and
-// cpu_s. A missing number is empty. Numbers read back as the same doubles.
+// line per run. The columns are run (a number from 1), hash, status, failure, reason, the factors,
+// the outputs, wall_s, cpu_s, peak_memory_mib and weft_version. A missing number is empty. Outputs
+// read back as the same doubles.
 std::string summary_csv(const Summary& summary);
 
 // Writes `folder`/summary.csv and `folder`/summary.h5, each aside and renamed, so that a reader
 // never sees a part of one. The same summary gives the same bytes. Throws FileError.
 //
-// summary.h5 has a dataset per column, with one entry per run: /run, /factors/KEY (float64, texts
-// as strings, true as 1), /outputs/NAME (float64, NaN if missing), /status, /reason, /version,
-// /wall_s and /cpu_s (float64, s). Strings have a fixed length, in UTF-8. Attributes: format =
-// "weft-summary", version = 1.
+// summary.h5 has a dataset per column, with one entry per run: /hash, /status, /failure, /reason,
+// /factors/KEY (float64, or strings if a value is a text), /outputs/NAME (float64, NaN if missing),
+// /wall_s, /cpu_s, /peak_memory_mib (float64, NaN if the run has not ended) and /weft_version.
+// Strings have a fixed length, in UTF-8. Attributes: format = "weft-summary", version = 1.
 void write_summary(const Summary& summary, const std::filesystem::path& folder);
 
 }  // namespace weft::sim

@@ -28,7 +28,7 @@ edges = ["first_row"]
 
 std::vector<BadCase> bad_outputs() {
   return {{"number", sheet + "[outputs]\na = 1\n",
-           R"_(case.toml:5:5: "outputs.a" is an integer
+           R"_(case.toml:5:5: "outputs.a" is a whole number
   expected an expression in quotes, such as "max(largest_stretch)")_"},
           {"no_table", "outputs = \"max(largest_stretch)\"\n" + sheet,
            R"(case.toml:1:11: "outputs" is a string

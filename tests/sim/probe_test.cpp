@@ -287,7 +287,7 @@ TEST_F(ProbedTrajectory, CountsRowsInTheWholeImage) {
     FAIL() << "row 5";
   } catch (const CaseError& error) {
     EXPECT_STREQ(error.what(),
-                 ": row 5 is not recorded (character 18 of \"position('part', 5, 3).x\")\n"
+                 "row 5 is not recorded (character 18 of \"position('part', 5, 3).x\")\n"
                  "  expected one of 0, 4, 8");
   }
 }

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "sim/case/case_text.h"
 #include "sim/sweep/correlation.h"
 #include "tests/temporary_folder.h"
 
@@ -24,10 +25,14 @@ Summary small_summary() {
   const auto add = [&](double friction, const std::string& method, bool sleep, double tip,
                        double touch, const std::string& status) {
     SummaryRow& row = summary.rows.emplace_back();
-    row.run = "hash" + std::to_string(summary.rows.size());
-    row.factors = {friction, method, sleep};
+    row.hash = "hash" + std::to_string(summary.rows.size());
+    row.factors = {{number_text(friction), friction},
+                   {method, std::nullopt},
+                   {sleep ? "true" : "false", sleep ? 1.0 : 0.0}};
     row.outputs = {tip, touch};
     row.status = status;
+    row.failure = status == "done" ? "none" : "numerical";
+    row.has_ended = true;
     row.version = "1.2.3";
     row.wall_time = 0.5 * static_cast<double>(summary.rows.size());
   };
@@ -47,12 +52,13 @@ std::string read_bytes(const std::filesystem::path& path) {
 
 TEST(Summary, IsATableOfCommaSeparatedValues) {
   EXPECT_EQ(summary_csv(small_summary()),
-            "run,contact.friction,time.method,time.sleep,tip,touch,status,reason,version,wall_s,"
-            "cpu_s\n"
-            "hash1,0.1,cvode,true,-1,,done,,1.2.3,0.5,\n"
-            "hash2,0.2,euler,true,-2,,done,,1.2.3,1,\n"
-            "hash3,0.30000000000000004,cvode,false,-4,,done,,1.2.3,1.5,\n"
-            "hash4,0.4,\"a, \"\"b\"\"\",false,,,failed,\"newton,\nagain\",1.2.3,2,\n");
+            "run,hash,status,failure,reason,contact.friction,time.method,time.sleep,tip,touch,"
+            "wall_s,cpu_s,peak_memory_mib,weft_version\n"
+            "1,hash1,done,none,,0.1,cvode,true,-1,,0.500,0.000,0.000,1.2.3\n"
+            "2,hash2,done,none,,0.2,euler,true,-2,,1.000,0.000,0.000,1.2.3\n"
+            "3,hash3,done,none,,0.30000000000000004,cvode,false,-4,,1.500,0.000,0.000,1.2.3\n"
+            "4,hash4,failed,numerical,\"newton,\nagain\",0.4,\"a, \"\"b\"\"\",false,,,2.000,"
+            "0.000,0.000,1.2.3\n");
 }
 
 TEST(Summary, IsAnHdf5FileOfColumns) {
@@ -89,7 +95,7 @@ TEST(Summary, IsAnHdf5FileOfColumns) {
   EXPECT_EQ(tip[2], -4);
   EXPECT_TRUE(std::isnan(tip[3]));
   EXPECT_EQ(texts("status")[3], "failed");
-  EXPECT_EQ(texts("run")[1], "hash2");
+  EXPECT_EQ(texts("hash")[1], "hash2");
   EXPECT_EQ(numbers("wall_s")[3], 2);
   H5Fclose(file);
 }
@@ -117,8 +123,8 @@ TEST(Summary, WithoutRunsHasItsColumns) {
   write_summary(summary, folder.path());
   write_plots(summary, folder.path());
   EXPECT_EQ(read_bytes(folder.path("summary.csv")),
-            "run,contact.friction,time.method,time.sleep,tip,touch,status,reason,version,wall_s,"
-            "cpu_s\n");
+            "run,hash,status,failure,reason,contact.friction,time.method,time.sleep,tip,touch,"
+            "wall_s,cpu_s,peak_memory_mib,weft_version\n");
   EXPECT_FALSE(std::filesystem::exists(folder.path("plots")));
 }
 
@@ -127,12 +133,12 @@ TEST(Summary, SaysWhichCorrelationsAreMissing) {
   summary.outputs.emplace_back("same");
   for (SummaryRow& row : summary.rows) row.outputs.push_back(7);
   summary.factors.emplace_back("time.duration");
-  for (SummaryRow& row : summary.rows) row.factors.emplace_back(2.0);
+  for (SummaryRow& row : summary.rows) row.factors.push_back({"2", 2.0});
   EXPECT_EQ(correlations_csv(correlations_of(summary)),
             "output,factor,runs,missing,pearson,spearman,note\n"
-            "tip,contact.friction,3,1,-0.9819805060619657,-1,\n"
+            "tip,contact.friction,3,1,-0.981981,-1,\n"
             "tip,time.method,3,1,,,\"the factor is a text, which has no order\"\n"
-            "tip,time.sleep,3,1,0.9449111825230682,0.8660254037844387,\n"
+            "tip,time.sleep,3,1,0.944911,0.866025,\n"
             "tip,time.duration,3,1,,,the factor is constant\n"
             "touch,contact.friction,0,4,,,no run has a value\n"
             "touch,time.method,0,4,,,no run has a value\n"
