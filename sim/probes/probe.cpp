@@ -14,7 +14,7 @@ namespace weft::sim {
 
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 enum class Reduction { first, last, least, most, mean, at, first_time };
 
@@ -309,7 +309,7 @@ class Probe::Evaluation {
   double reduce(const TimeFunction& function) {
     Evaluation of(function.of, recorded_);
     const int count = of.count();
-    if (count == 0) return not_a_number;
+    if (count == 0) return no_value;
     switch (function.reduction) {
       case Reduction::first:
         return of.at(0);
@@ -326,11 +326,11 @@ class Probe::Evaluation {
       case Reduction::first_time:
         return of.first_time();
     }
-    return not_a_number;
+    return no_value;
   }
 
   double extreme(const auto& is_further) {
-    double result = not_a_number;
+    double result = no_value;
     for (int i = 0; i < count(); ++i) {
       const double value = at(i);
       if (!std::isnan(value) && (std::isnan(result) || is_further(value, result))) result = value;
@@ -341,7 +341,7 @@ class Probe::Evaluation {
   // Returns the mean over the intervals at both ends of which there are numbers. Without one, it is
   // the first number.
   double mean() {
-    double integral = 0, length = 0, single = not_a_number, last = not_a_number;
+    double integral = 0, length = 0, single = no_value, last = no_value;
     for (int i = 0; i < count(); ++i) {
       const double value = at(i);
       if (std::isnan(single)) single = value;
@@ -357,7 +357,7 @@ class Probe::Evaluation {
 
   double at_time(double wanted) {
     const int count = this->count();
-    if (!(wanted >= time(0) && wanted <= time(count - 1))) return not_a_number;
+    if (!(wanted >= time(0) && wanted <= time(count - 1))) return no_value;
     int low = 0, high = count - 1;  // time(low) <= wanted <= time(high)
     while (high - low > 1) {
       const int middle = low + (high - low) / 2;
@@ -375,7 +375,7 @@ class Probe::Evaluation {
       const double value = at(i);
       if (value != 0 && !std::isnan(value)) return time(i);
     }
-    return not_a_number;
+    return no_value;
   }
 
   const Formula& formula_;

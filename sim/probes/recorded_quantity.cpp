@@ -10,13 +10,13 @@ namespace weft::sim {
 
 namespace {
 
-using Kind = RecordedQuantity::Kind;
-using Part = RecordedQuantity::Part;
+using QuantityKind = RecordedQuantity::Kind;
+using QuantityPart = RecordedQuantity::Part;
 
 // The arguments and the value of a function.
 struct Form {
   const char* name;
-  Kind kind;
+  QuantityKind kind;
   bool takes_name;  // the name of a field or a record comes first
   bool takes_body;
   bool takes_texel;
@@ -25,18 +25,18 @@ struct Form {
 };
 
 constexpr Form forms[] = {
-    {"position", Kind::position, false, true, true, 3, "position('BODY', ROW, COLUMN).z"},
-    {"displacement", Kind::displacement, false, true, true, 3,
+    {"position", QuantityKind::position, false, true, true, 3, "position('BODY', ROW, COLUMN).z"},
+    {"displacement", QuantityKind::displacement, false, true, true, 3,
      "displacement('BODY', ROW, COLUMN).z"},
-    {"field", Kind::field, true, true, true, 0, "field('FIELD', 'BODY', ROW, COLUMN)"},
-    {"largest", Kind::largest, true, true, false, 1, "largest('FIELD', 'BODY')"},
-    {"smallest", Kind::smallest, true, true, false, 1, "smallest('FIELD', 'BODY')"},
-    {"lower", Kind::lower, false, true, false, 3, "lower('BODY').z"},
-    {"upper", Kind::upper, false, true, false, 3, "upper('BODY').z"},
-    {"size", Kind::size, false, true, false, 3, "size('BODY').z"},
-    {"shadow", Kind::shadow, false, true, false, 3, "shadow('BODY').z"},
-    {"area", Kind::area, false, true, false, 1, "area('BODY')"},
-    {"record", Kind::record, true, false, false, 0, "record('PATH')"}};
+    {"field", QuantityKind::field, true, true, true, 0, "field('FIELD', 'BODY', ROW, COLUMN)"},
+    {"largest", QuantityKind::largest, true, true, false, 1, "largest('FIELD', 'BODY')"},
+    {"smallest", QuantityKind::smallest, true, true, false, 1, "smallest('FIELD', 'BODY')"},
+    {"lower", QuantityKind::lower, false, true, false, 3, "lower('BODY').z"},
+    {"upper", QuantityKind::upper, false, true, false, 3, "upper('BODY').z"},
+    {"size", QuantityKind::size, false, true, false, 3, "size('BODY').z"},
+    {"shadow", QuantityKind::shadow, false, true, false, 3, "shadow('BODY').z"},
+    {"area", QuantityKind::area, false, true, false, 1, "area('BODY')"},
+    {"record", QuantityKind::record, true, false, false, 0, "record('PATH')"}};
 
 // An argument of a call: a text, or a whole number.
 struct Argument {
@@ -213,12 +213,12 @@ class CallReader {
     const std::size_t behind = close_ + 1;
     const Token& token = tokens_[behind];
     std::vector<std::string> parts = {"x", "y", "z"};
-    if (quantity.kind != Kind::shadow) parts.emplace_back("length");
+    if (quantity.kind != QuantityKind::shadow) parts.emplace_back("length");
     const std::string all =
-        quantity.kind == Kind::shadow ? ".x, .y or .z" : ".x, .y, .z or .length";
+        quantity.kind == QuantityKind::shadow ? ".x, .y or .z" : ".x, .y, .z or .length";
     if (token.kind != Token::Kind::member) {
       if (quantity.components == 1) return behind;
-      const bool is_shadow = quantity.kind == Kind::shadow;
+      const bool is_shadow = quantity.kind == QuantityKind::shadow;
       fail(tokens_[close_].begin,
            in_quotes(name_.text) + (is_shadow ? " has no axis" : " is a vector"),
            "expected " + all + " behind it");
@@ -230,7 +230,7 @@ class CallReader {
     if (found == parts.end()) {
       fail(token.begin, in_quotes(name_.text) + " has no part ." + token.text, "expected " + all);
     }
-    quantity.part = static_cast<Part>(found - parts.begin());
+    quantity.part = static_cast<QuantityPart>(found - parts.begin());
     return behind + 1;
   }
 

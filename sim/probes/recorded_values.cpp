@@ -14,13 +14,13 @@ namespace weft::sim {
 
 namespace {
 
-using Kind = RecordedQuantity::Kind;
-using Part = RecordedQuantity::Part;
+using QuantityKind = RecordedQuantity::Kind;
+using QuantityPart = RecordedQuantity::Part;
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double missing_number = std::numeric_limits<double>::quiet_NaN();
 
-double part_of(const Vec3& vector, Part part) {
-  return part == Part::length ? vector.norm() : vector[static_cast<int>(part)];
+double part_of(const Vec3& vector, QuantityPart part) {
+  return part == QuantityPart::length ? vector.norm() : vector[static_cast<int>(part)];
 }
 
 bool are_finite(const std::vector<Vec3>& points) {
@@ -90,24 +90,24 @@ const RecordedValues::Surface& RecordedValues::surface(int body) {
 
 Vec3 RecordedValues::vector(const RecordedQuantity& quantity, int frame) {
   switch (quantity.kind) {
-    case Kind::position:
+    case QuantityKind::position:
       return positions(quantity.body, frame)[quantity.particle];
-    case Kind::displacement: {
+    case QuantityKind::displacement: {
       auto& first = first_positions_[quantity.body];
       if (first.empty()) first = reader_.positions(quantity.body, 0);
       return positions(quantity.body, frame)[quantity.particle] - first[quantity.particle];
     }
-    case Kind::field: {
+    case QuantityKind::field: {
       const double* values = &field(quantity.body, quantity.name, frame)[3 * quantity.particle];
       return {values[0], values[1], values[2]};
     }
-    case Kind::record: {
+    case QuantityKind::record: {
       const double* values = &list(quantity.name, [&] {
         return reader_.record_values(quantity.name);
       })[3 * static_cast<std::size_t>(frame)];
       return {values[0], values[1], values[2]};
     }
-    case Kind::shadow:
+    case QuantityKind::shadow:
       return shadow(quantity.body, frame, quantity.part);
     default: {
       const std::vector<Vec3>& points = positions(quantity.body, frame);
@@ -116,20 +116,20 @@ Vec3 RecordedValues::vector(const RecordedQuantity& quantity, int frame) {
         lower = lower.cwiseMin(point);
         upper = upper.cwiseMax(point);
       }
-      if (!are_finite(points)) lower = upper = Vec3::Constant(not_a_number);
-      if (quantity.kind == Kind::size) return upper - lower;
-      return quantity.kind == Kind::lower ? lower : upper;
+      if (!are_finite(points)) lower = upper = Vec3::Constant(missing_number);
+      if (quantity.kind == QuantityKind::size) return upper - lower;
+      return quantity.kind == QuantityKind::lower ? lower : upper;
     }
   }
 }
 
 // Returns a vector that has the area of the shadow along `axis`, and zeros.
-Vec3 RecordedValues::shadow(int body, int frame, Part axis) {
+Vec3 RecordedValues::shadow(int body, int frame, QuantityPart axis) {
   const auto& [surface_of_body, triangles] = surface(body);
   const std::vector<Vec3> points = surface_of_body.points(positions(body, frame));
   Vec3 areas = Vec3::Zero();
   const int number = static_cast<int>(axis);
-  areas[number] = are_finite(points) ? shadow_area(points, triangles, number) : not_a_number;
+  areas[number] = are_finite(points) ? shadow_area(points, triangles, number) : missing_number;
   return areas;
 }
 
@@ -143,23 +143,24 @@ double RecordedValues::extreme(const RecordedQuantity& quantity, int frame) {
   const auto& fields = contents_.bodies[quantity.body].fields;
   const int components =
       std::ranges::find(fields, quantity.name, &TrajectoryField::name)->components;
-  double result = not_a_number;
+  double result = missing_number;
   for (const double value : magnitudes(field(quantity.body, quantity.name, frame), components)) {
     if (!std::isfinite(value)) continue;
-    const bool is_further = quantity.kind == Kind::largest ? value > result : value < result;
+    const bool is_further =
+        quantity.kind == QuantityKind::largest ? value > result : value < result;
     if (std::isnan(result) || is_further) result = value;
   }
   return result;
 }
 
 double RecordedValues::quantity(const RecordedQuantity& quantity, int frame) {
-  if (quantity.part != Part::number) return part_of(vector(quantity, frame), quantity.part);
+  if (quantity.part != QuantityPart::number) return part_of(vector(quantity, frame), quantity.part);
   switch (quantity.kind) {
-    case Kind::field:
+    case QuantityKind::field:
       return field(quantity.body, quantity.name, frame)[quantity.particle];
-    case Kind::record:
+    case QuantityKind::record:
       return list(quantity.name, [&] { return reader_.record_values(quantity.name); })[frame];
-    case Kind::area:
+    case QuantityKind::area:
       return area(quantity.body, frame);
     default:
       return extreme(quantity, frame);
@@ -171,15 +172,15 @@ double RecordedValues::number(RunNumber number) const {
   const std::optional<RunEnd> end = reader_.end();
   switch (number) {
     case RunNumber::cpu_time:
-      return end ? end->bill.total.cpu : not_a_number;
+      return end ? end->bill.total.cpu : missing_number;
     case RunNumber::wall_time:
-      return end ? end->bill.total.wall : not_a_number;
+      return end ? end->bill.total.wall : missing_number;
     case RunNumber::duration:
-      return frames > 0 ? reader_.time(frames - 1) : not_a_number;
+      return frames > 0 ? reader_.time(frames - 1) : missing_number;
     case RunNumber::frames:
       return frames;
   }
-  return not_a_number;
+  return missing_number;
 }
 
 }  // namespace weft::sim

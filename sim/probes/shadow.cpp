@@ -11,7 +11,7 @@ namespace weft::sim {
 namespace {
 
 // A point of the plane of the shadow. The line of the sweep has a constant u.
-struct Point {
+struct ShadowPoint {
   double u = 0, v = 0;
 };
 
@@ -23,12 +23,12 @@ struct SteppedEdge {
 
 // Returns the edges across which the number of triangles changes: the border, and folds. The two
 // triangles at any other edge lie on both sides of it, and their steps cancel.
-std::vector<SteppedEdge> contour_of(std::span<const Point> points,
+std::vector<SteppedEdge> contour_of(std::span<const ShadowPoint> points,
                                     std::span<const std::array<int, 3>> triangles) {
   std::vector<SteppedEdge> edges;
   edges.reserve(3 * triangles.size());
   for (const std::array<int, 3>& triangle : triangles) {
-    const Point &a = points[triangle[0]], &b = points[triangle[1]], &c = points[triangle[2]];
+    const ShadowPoint &a = points[triangle[0]], &b = points[triangle[1]], &c = points[triangle[2]];
     const double area = (b.u - a.u) * (c.v - a.v) - (c.u - a.u) * (b.v - a.v);
     const int turn = (area > 0 ? 1 : 0) - (area < 0 ? 1 : 0);
     for (int k = 0; k < 3; ++k) {
@@ -58,7 +58,7 @@ std::vector<SteppedEdge> contour_of(std::span<const Point> points,
 
 // An edge of the contour, from left to right.
 struct ContourEdge {
-  Point left, right;
+  ShadowPoint left, right;
   int step = 0;
 
   double at(double u) const {
@@ -148,7 +148,7 @@ class Slab {
 
 double shadow_area(std::span<const Vec3> points, std::span<const std::array<int, 3>> triangles,
                    int axis) {
-  std::vector<Point> projected;
+  std::vector<ShadowPoint> projected;
   for (const Vec3& point : points)
     projected.push_back({point[(axis + 1) % 3], point[(axis + 2) % 3]});
   std::vector<ContourEdge> edges;
