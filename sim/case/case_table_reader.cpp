@@ -116,6 +116,22 @@ class ValueReader {
       }
     }
   }
+  void operator()(std::vector<TomlValue>* target) const {
+    const toml::array& source = array(field_.minimum_entries, field_.maximum_entries);
+    for (const toml::node& each : source) target->push_back(toml_value(each));
+  }
+  void operator()(std::vector<KeyedValue>* target) const {
+    const auto* source = node_.as_table();
+    if (source == nullptr) fail_kind();
+    for (auto&& [key, node] : *source) {
+      refuse_unquoted_key(key, node, "VALUE");
+      target->push_back({std::string(key.str()), location_of(key.source()), toml_value(node)});
+    }
+    const auto place = [](const KeyedValue& each) {
+      return std::pair(each.key_place.line, each.key_place.column);
+    };
+    std::ranges::sort(*target, {}, place);
+  }
   template <class Value>
   void operator()(Varying<Value>* target) const {
     if (const auto* source = node_.as_table()) {
@@ -172,6 +188,22 @@ class ValueReader {
   }
   [[noreturn]] void fail_value(const toml::node& at, const std::string& value) const {
     fail(at, in_quotes(field_.key) + " is " + value);
+  }
+
+  static TomlValue toml_value(const toml::node& node) {
+    return {toml_text(node), node.is_string(), location_of(node.source())};
+  }
+
+  // Throws CaseError if the table `node` comes from a case key whose dots are not in quotes, which
+  // TOML takes for tables in each other. `value` stands for a value in the hint.
+  static void refuse_unquoted_key(const toml::key& key, const toml::node& node,
+                                  const std::string& value) {
+    const toml::table* table = node.as_table();
+    if (table == nullptr || table->is_inline() || table->empty()) return;
+    const std::string whole =
+        std::string(key.str()) + '.' + std::string(table->begin()->first.str());
+    throw CaseError(location_of(key.source()), in_quotes(std::string(key.str())) + " is a table",
+                    "expected a case key in quotes: " + in_quotes(whole) + " = " + value);
   }
 
   // Reads a table that replaces a constant: a curve or a gust, depending on its keys.
@@ -310,7 +342,11 @@ class ValueReader {
     for (auto&& [key, node] : *source) {
       const std::string name(key.str());
       const SourceLocation key_location = location_of(key.source());
-      require_identifier(name, key_location);
+      if (target.named_by_case_keys) {
+        refuse_tables_inside(key, node);
+      } else {
+        require_identifier(name, key_location);
+      }
       if (!node.is_table()) fail_kind(node, in_quotes(join_path(field_.key, name)));
       const std::string path = join_path(path_, name);
       locations_.add(path, key_location, location_of(node.source()));
@@ -326,6 +362,16 @@ class ValueReader {
       if (!source[i].is_table()) fail_kind(source[i], entry(i));
       read_table(*source[i].as_table(), target.append(), join_path(path_, i), locations_);
     }
+  }
+
+  // Throws CaseError if the table of a case key has tables inside, because the dots of the key are
+  // not in quotes.
+  static void refuse_tables_inside(const toml::key& key, const toml::node& node) {
+    const toml::table* table = node.as_table();
+    if (table == nullptr) return;
+    const auto is_table = [](const auto& entry) { return entry.second.is_table(); };
+    if (std::any_of(table->begin(), table->end(), is_table))
+      refuse_unquoted_key(key, node, "{ list = [...] }");
   }
 
   const Field& field_;

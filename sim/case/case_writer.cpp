@@ -64,6 +64,17 @@ struct ValueText {
   std::string operator()(const std::vector<Vec3>* value) const {
     return value->empty() ? "" : toml_array(*value, vector_text);
   }
+  std::string operator()(const std::vector<TomlValue>* value) const {
+    return value->empty() ? "" : toml_array(*value, [](const TomlValue& each) { return each.text; });
+  }
+  std::string operator()(const std::vector<KeyedValue>* value) const {
+    std::string text;
+    for (const KeyedValue& each : *value) {
+      text +=
+          (text.empty() ? "{ " : ", ") + toml_string(each.key) + " = " + each.value.text;
+    }
+    return text.empty() ? "" : text + " }";
+  }
   template <class Value>
   std::string operator()(const Varying<Value>* value) const {
     Varying<Value> copy = *value;  // describe_curve() needs a curve that it could change

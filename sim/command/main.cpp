@@ -19,7 +19,9 @@
 #include "sim/command/modes_command.h"
 #include "sim/command/progress_bar.h"
 #include "sim/command/run_command.h"
+#include "sim/command/sweep_arguments.h"
 #include "sim/probes/outputs.h"
+#include "sim/sweep/sweep_reader.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/view/field_values.h"
 #include "sim/view/render_trajectory.h"
@@ -41,11 +43,12 @@ constexpr const char* description =
   weft render out/drape_torus.h5 -o pictures         PNG frames, and a movie when ffmpeg is there
   weft render out/drape_torus.h5 --lod 0.5           the same with fewer triangles, exact to half a pixel
   weft render out/drape_torus.h5 --colour velocity   the same painted by a recorded field, with a legend
+  weft sweep SWEEP.toml -o DIR                       many runs of a case with other values of its keys
   weft schema                                        the case file's JSON schema (--markdown: reference page)
   weft bench --help                                  experiments on speed, some against other libraries
 
 Exit codes: 0 done, 1 numerical failure (the last good state is kept), 2 bad case or usage,
-4 input or output, 130 and 143 stopped by Ctrl-C and SIGTERM after the current step.)";
+3 some runs of a sweep failed, 4 input or output, 130 and 143 stopped by Ctrl-C and SIGTERM after the current step.)";
 
 using namespace weft::sim;
 
@@ -149,7 +152,8 @@ struct Arguments {
   bool crossings = false, materials = false, json = false;
   std::string pictures = "pictures";
   RenderOptions drawing;
-  bool markdown = false;
+  SweepCommand sweep;
+  bool markdown = false, sweep_schema = false;
   int code = exit_code::done;  // exit code of the command that ran
 };
 
@@ -364,10 +368,17 @@ void add_outputs(CLI::App& app, Arguments& arguments) {
 }
 
 void add_schema(CLI::App& app, Arguments& arguments) {
-  CLI::App* schema = app.add_subcommand("schema", "Print the JSON schema of case files");
+  CLI::App* schema =
+      app.add_subcommand("schema", "Print the JSON schema of case files or sweep files");
   schema->add_flag("--markdown", arguments.markdown, "Print the reference page instead");
-  schema->callback(
-      [&] { std::cout << (arguments.markdown ? case_reference_markdown() : case_json_schema()); });
+  schema->add_flag("--sweep", arguments.sweep_schema, "Describe sweep files instead");
+  schema->callback([&] {
+    if (arguments.sweep_schema) {
+      std::cout << (arguments.markdown ? sweep_reference_markdown() : sweep_json_schema());
+    } else {
+      std::cout << (arguments.markdown ? case_reference_markdown() : case_json_schema());
+    }
+  });
 }
 
 void add_bench(CLI::App& app, Arguments& arguments) {
@@ -432,6 +443,7 @@ int main(int argc, char** argv) {
   add_modes_and_buckling(app, arguments);
   add_info_and_render(app, arguments);
   add_outputs(app, arguments);
+  add_sweep(app, arguments.sweep, arguments.code);
   add_schema(app, arguments);
   add_bench(app, arguments);
   try {

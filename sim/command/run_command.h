@@ -25,6 +25,7 @@ namespace exit_code {
 inline constexpr int done = 0;
 inline constexpr int numerical_failure = 1;
 inline constexpr int bad_case = 2;
+inline constexpr int some_runs_failed = 3;
 inline constexpr int input_output = 4;
 }  // namespace exit_code
 

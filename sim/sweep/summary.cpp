@@ -9,10 +9,9 @@
 #include <functional>
 #include <limits>
 
-#include "sim/base/file_error.h"
 #include "sim/base/hdf5_handle.h"
 #include "sim/case/case_text.h"
-#include "sim/view/plot.h"
+#include "sim/sweep/whole_file.h"
 
 namespace weft::sim {
 
@@ -46,14 +45,28 @@ double not_a_number() { return std::numeric_limits<double>::quiet_NaN(); }
 // Writes the columns of a summary as datasets of an HDF5 file.
 class SummaryFile {
  public:
-  SummaryFile(const Summary& summary, const std::string& path)
-      : summary_(summary), access_(path), creation_(H5Pcreate(H5P_FILE_CREATE)) {
-    H5Pset_obj_track_times(creation_.get(), false);
-    H5Pset_link_creation_order(creation_.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
-    file_ = access_.handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation_.get(), H5P_DEFAULT),
+  // `path` names the file in messages.
+  SummaryFile(const Summary& summary, const std::string& path) : summary_(summary), access_(path) {
+    const Handle creation(H5Pcreate(H5P_FILE_CREATE)), access(H5Pcreate(H5P_FILE_ACCESS));
+    H5Pset_obj_track_times(creation.get(), false);
+    H5Pset_link_creation_order(creation.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
+    // The file stays in memory, from which bytes() copies it.
+    constexpr std::size_t growth = 1 << 20;
+    H5Pset_fapl_core(access.get(), growth, false);
+    file_ = access_.handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()),
                            "create it");
+    write();
   }
 
+  std::string bytes() const {
+    access_.check(H5Fflush(file_.get(), H5F_SCOPE_LOCAL), "write it");
+    const ssize_t size = access_.check(H5Fget_file_image(file_.get(), nullptr, 0), "write it");
+    std::string bytes(static_cast<std::size_t>(size), '\0');
+    access_.check(H5Fget_file_image(file_.get(), bytes.data(), bytes.size()), "write it");
+    return bytes;
+  }
+
+ private:
   void write() {
     access_.write_attribute(file_.get(), "format", "weft-summary");
     access_.write_attribute(file_.get(), "version", std::vector<int>{1});
@@ -69,10 +82,8 @@ class SummaryFile {
     write_costs("cpu_s", &SummaryRow::cpu_time);
     write_costs("peak_memory_mib", &SummaryRow::peak_memory);
     write_texts(file_, "weft_version", &SummaryRow::version);
-    access_.check(H5Fflush(file_.get(), H5F_SCOPE_LOCAL), "write it");
   }
 
- private:
   void write_factors() {
     const Handle group = make_group("factors");
     for (std::size_t i = 0; i < summary_.factors.size(); ++i) {
@@ -145,19 +156,8 @@ class SummaryFile {
 
   const Summary& summary_;
   Access access_;
-  Handle creation_;
   Handle file_;
 };
-
-// Calls write(aside) with a path beside `path`, and gives the file its name.
-void write_aside(const fs::path& path, const auto& write) {
-  fs::path aside = path;
-  aside += ".part";
-  write(aside);
-  std::error_code failure;
-  fs::rename(aside, path, failure);
-  if (failure) throw FileError(path.string() + ": cannot be written: " + failure.message());
-}
 
 }  // namespace
 
@@ -181,11 +181,10 @@ std::string summary_csv(const Summary& summary) {
 }
 
 void write_summary(const Summary& summary, const fs::path& folder) {
-  write_aside(folder / "summary.csv",
-              [&](const fs::path& path) { write_text(summary_csv(summary), path); });
+  write_whole_file(folder / "summary.csv", summary_csv(summary));
   const hdf5::QuietErrors quiet;
-  write_aside(folder / "summary.h5",
-              [&](const fs::path& path) { SummaryFile(summary, path.string()).write(); });
+  const fs::path path = folder / "summary.h5";
+  write_whole_file(path, SummaryFile(summary, path.string()).bytes());
 }
 
 }  // namespace weft::sim

@@ -113,7 +113,6 @@ TEST(Summary, HasTheSameBytesAgain) {
                            "plots/tip-contact.friction.svg", "plots/tip-time.method.svg"}) {
     EXPECT_EQ(read_bytes(first.path(name)), read_bytes(second.path(name))) << name;
   }
-  EXPECT_FALSE(std::filesystem::exists(first.path("summary.csv.part")));
 }
 
 TEST(Summary, WithoutRunsHasItsColumns) {
