@@ -174,6 +174,15 @@ std::string toml_string(const std::string& text) {
   return result + '"';
 }
 
+std::string motion_text(const Case& source) {
+  Case motion = source;
+  motion.compute = {};
+  motion.time.duration = TimeCase{}.duration;
+  if (!motion.accuracy_choice.empty()) motion.time.accuracy.reset();
+  motion.accuracy_choice.clear();
+  return case_text(motion);
+}
+
 std::string case_text(const Case& source) {
   Case copy = source;  // describe() needs a case that it could change
   std::string text;
