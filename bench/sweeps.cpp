@@ -87,7 +87,8 @@ int run_sweeps(const SweepsOptions& options) {
   const int done = count_records(records).done;
 
   nlohmann::ordered_json json{{"runs", options.runs}, {"rows", nlohmann::json::array()}};
-  if (!options.json) std::printf("%d runs\n%-20s %9s %9s\n", options.runs, "step", "wall s", "CPU s");
+  if (!options.json)
+    std::printf("%d runs\n%-20s %9s %9s\n", options.runs, "step", "wall s", "CPU s");
   for (const Row& row : rows) {
     json["rows"].push_back(
         {{"step", row.step}, {"wall_s", row.cost.wall}, {"cpu_s", row.cost.cpu}});

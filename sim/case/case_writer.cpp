@@ -65,13 +65,13 @@ struct ValueText {
     return value->empty() ? "" : toml_array(*value, vector_text);
   }
   std::string operator()(const std::vector<TomlValue>* value) const {
-    return value->empty() ? "" : toml_array(*value, [](const TomlValue& each) { return each.text; });
+    return value->empty() ? ""
+                          : toml_array(*value, [](const TomlValue& each) { return each.text; });
   }
   std::string operator()(const std::vector<KeyedValue>* value) const {
     std::string text;
     for (const KeyedValue& each : *value) {
-      text +=
-          (text.empty() ? "{ " : ", ") + toml_string(each.key) + " = " + each.value.text;
+      text += (text.empty() ? "{ " : ", ") + toml_string(each.key) + " = " + each.value.text;
     }
     return text.empty() ? "" : text + " }";
   }

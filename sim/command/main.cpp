@@ -349,7 +349,8 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
 }
 
 void add_schema(CLI::App& app, Arguments& arguments) {
-  CLI::App* schema = app.add_subcommand("schema", "Print the JSON schema of case files or sweep files");
+  CLI::App* schema =
+      app.add_subcommand("schema", "Print the JSON schema of case files or sweep files");
   schema->add_flag("--markdown", arguments.markdown, "Print the reference page instead");
   schema->add_flag("--sweep", arguments.sweep_schema, "Describe sweep files instead");
   schema->callback([&] {

@@ -64,12 +64,14 @@ void add_json(CLI::App& sub, SweepCommand& command) {
 void add_sweep(CLI::App& app, SweepCommand& command, int& code) {
   CLI::App* sweep = app.add_subcommand("sweep", description);
   sweep->add_option("sweep", command.path, "TOML sweep file");
-  sweep->add_option("-o,--output", command.directory,
-                    "Folder of the results; default: out/NAME of the sweep file")
+  sweep
+      ->add_option("-o,--output", command.directory,
+                   "Folder of the results; default: out/NAME of the sweep file")
       ->type_name("DIR");
-  sweep->add_option("--set", command.overrides,
-                    "Override a case key in all runs, for example --set time.duration=0.5; one "
-                    "--set per key")
+  sweep
+      ->add_option("--set", command.overrides,
+                   "Override a case key in all runs, for example --set time.duration=0.5; one "
+                   "--set per key")
       ->option_text("KEY=VALUE")
       ->allow_extra_args(false);
   sweep->add_flag("--dry-run", command.dry_run, "List the runs and their states; write nothing");

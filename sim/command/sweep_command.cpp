@@ -133,10 +133,10 @@ EngineOptions engine_options(const SweepCommand& command, std::size_t runs) {
   const int cores = usable_cores();
   EngineOptions options;
   options.program = fs::read_symlink("/proc/self/exe").string();
-  options.processes = command.processes > 0
-                          ? command.processes
-                          : std::clamp(static_cast<int>(std::min<std::size_t>(runs, 1U << 20U)), 1,
-                                       cores);
+  options.processes =
+      command.processes > 0
+          ? command.processes
+          : std::clamp(static_cast<int>(std::min<std::size_t>(runs, 1U << 20U)), 1, cores);
   options.threads = std::max(1, cores / options.processes);
   options.retries = command.retries;
   options.fail_fast = command.fail_fast;

@@ -25,8 +25,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t name_digits = 16;
 constexpr const char* attempt_prefix = "attempt_";
-constexpr std::array failure_names{"",          "bad_case",    "numerical_failure", "input_output",
-                                   "over_time", "over_memory", "signal"};
+constexpr std::array failure_names{
+    "", "bad_case", "numerical_failure", "input_output", "over_time", "over_memory", "signal"};
 // Files that an attempt leaves to its run, and those with which another attempt can go on.
 constexpr std::array kept_files{"run.toml", "run.h5", "run.xdmf", "run.checkpoint", "log.txt"};
 constexpr std::array resumed_files{"run.h5", "run.xdmf", "run.checkpoint"};
@@ -171,9 +171,8 @@ bool RunFolder::finish(RunAttempt attempt, const RunResult& result) const {
     fs::rename(attempt.folder() / name, path_ / name, error);
     if (error) throw FileError((path_ / name).string() + ": cannot be written: " + error.message());
   }
-  write_whole_file(path_ / "result.json", result_json(result).dump(2, ' ', false,
-                                                                   Json::error_handler_t::replace) +
-                                              '\n');
+  write_whole_file(path_ / "result.json",
+                   result_json(result).dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
   std::error_code ignored;  // a folder that stays is an attempt that nobody goes on with
   fs::remove_all(attempt.folder(), ignored);
   return true;

@@ -44,8 +44,7 @@ std::string summary_line(std::size_t index, const PlannedRun& run, const RunReco
 
 }  // namespace
 
-std::vector<RunRecord> read_records(const std::filesystem::path& directory,
-                                    const SweepPlan& plan) {
+std::vector<RunRecord> read_records(const std::filesystem::path& directory, const SweepPlan& plan) {
   std::vector<RunRecord> records;
   records.reserve(plan.runs.size());
   for (const PlannedRun& run : plan.runs) {

@@ -29,8 +29,8 @@ RecordCounts count_records(const std::vector<RunRecord>& records);
 std::string counts_text(const RecordCounts& counts);
 
 // Writes DIRECTORY/summary.csv: one line per run in the order of the plan, with number, hash,
-// status, failure, reason, factors, times (s), memory (MiB) and version. Apart from times and memory,
-// the bytes depend on the plan and the states alone. Throws FileError.
+// status, failure, reason, factors, times (s), memory (MiB) and version. Apart from times and
+// memory, the bytes depend on the plan and the states alone. Throws FileError.
 void write_summary(const std::filesystem::path& directory, const SweepPlan& plan,
                    const std::vector<RunRecord>& records);
 

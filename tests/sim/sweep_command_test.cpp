@@ -176,8 +176,8 @@ set = { title = "also good", "time.duration" = 0.02, "body.sheet.shape.resolutio
   EXPECT_EQ(sweep.wait(), exit_code::some_runs_failed) << sweep.err();
 
   const Json runs = summary_json("out").at("runs");
-  const std::vector<std::string> kinds{"",          "bad_case", "numerical_failure", "over_memory",
-                                       "signal",    "over_time", ""};
+  const std::vector<std::string> kinds{
+      "", "bad_case", "numerical_failure", "over_memory", "signal", "over_time", ""};
   const std::vector<std::string> reasons{"",
                                          "sweep.toml:9:",
                                          "compute.cpu_limit",
