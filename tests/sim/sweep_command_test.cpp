@@ -342,6 +342,28 @@ TEST_F(SweepCommandTest, SlicesCoverThePlan) {
   EXPECT_EQ(weft({"sweep", "work", out, "--slice", "3/3"}).code, exit_code::bad_case);
 }
 
+TEST_F(SweepCommandTest, EstimatesTheCostOfAllRunsByAFew) {
+  write("sweep.toml", R"(case = "base.toml"
+[factors]
+"material.cotton.density" = { range = [0.1, 0.4], count = 100 }
+)");
+  const Result result = weft({"sweep", "estimate", "sweep.toml", "-o", "out", "--pilots", "2"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_TRUE(contains(result.out, "2 of 100 runs as pilots, 2 of them done")) << result.out;
+  EXPECT_EQ(results("out").size(), 2U);
+  const Json json = Json::parse(
+      weft({"sweep", "estimate", "sweep.toml", "-o", "out", "--pilots", "2", "--json"}).out);
+  double cpu = 0, disk = 0;
+  for (const fs::path& pilot : results("out")) {
+    cpu += Json::parse(read_bytes(pilot)).at("cpu_s").get<double>();
+    for (const auto& file : fs::directory_iterator(pilot.parent_path()))
+      disk += static_cast<double>(file.file_size());
+  }
+  EXPECT_NEAR(json.at("cpu_hours").get<double>(), 50 * cpu / 3600, 1e-12);
+  EXPECT_NEAR(json.at("disk_bytes").get<double>(), 50 * disk, 1);
+  EXPECT_GT(json.at("peak_memory_mib"), 1);
+}
+
 TEST_F(SweepCommandTest, RefusesBadFilesAndOptions) {
   write("sweep.toml", "case = \"base.toml\"\n[factors]\n\"contact.frictoin\" = { list = [0.1] }\n");
   const Result result = weft({"sweep", "sweep.toml"});
