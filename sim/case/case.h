@@ -3,6 +3,7 @@
 // these descriptions.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -349,6 +350,16 @@ struct SeamCase {
   SourceLocation location;
 };
 
+struct StartStates;
+
+// The state of another run in which the bodies start ([restart]).
+struct RestartCase {
+  std::string path;  // trajectory, relative to the case file
+  double time = 0;   // s; time of a frame of the trajectory, or of its checkpoint
+  std::shared_ptr<const StartStates> states;  // null until read_restart() (sim/run/restart.h)
+  SourceLocation location;
+};
+
 // A file with materials and obstacles that belong to the case.
 struct IncludeCase {
   std::string path;  // TOML file, relative to the file that includes it
@@ -376,6 +387,8 @@ struct OutputCase {
   Precision precision = Precision::float32;     // number format of positions
   Compression compression = Compression::none;  // compression of positions and fields
   double compression_error = 1e-6;  // m; largest change of a coordinate by bounded compression
+  // s; simulated time between two checkpoints. Default: CheckpointSchedule counts steps.
+  std::optional<double> checkpoint_every;
 };
 
 // A named number that a run reports at its end, as an expression over what it records
@@ -402,6 +415,7 @@ struct Case {
   ContactCase contact;
   OutputCase output;
   ComputeCase compute;
+  std::optional<RestartCase> restart;  // [restart]; default: bodies start as their tables say
   // [[include]]. The reader merges these files into the case, so the list of a read case is empty.
   std::vector<IncludeCase> include;
   std::vector<MaterialCase> material;     // [material.NAME]

@@ -47,13 +47,13 @@ class Override {
     return toml::parse(std::string_view(text), path_for_place(source_.value_place));
   }
   // Parses the override's value into a document with the key "value". Text that is not a TOML value
-  // becomes a string. With `wants_string`, a TOML value of another type becomes a string, too, unless
-  // the override is strict.
+  // becomes a string. With `wants_string`, a TOML value of another type becomes a string, too,
+  // unless the override is strict.
   toml::table value(bool wants_string) const {
     try {
       toml::table document = parsed("value = " + source_.value);
-      const bool usable = document.size() == 1 && (!wants_string || source_.strict ||
-                                                   document["value"].is_string());
+      const bool usable = document.size() == 1 &&
+                          (!wants_string || source_.strict || document["value"].is_string());
       if (usable) return document;
     } catch (const toml::parse_error&) {
       // The text becomes a string below. The reader checks later whether the key allows a string.

@@ -124,6 +124,7 @@ Table describe(ContactCase& target);
 Table describe(OutputPartCase& target);
 Table describe(OutputCase& target);
 Table describe(ComputeCase& target);
+Table describe(RestartCase& target);
 Table describe(IncludeCase& target);
 Table describe(StretchCurveCase& target);
 Table describe(OrthotropicMembraneCase& target);

@@ -65,13 +65,13 @@ struct ValueText {
     return value->empty() ? "" : toml_array(*value, vector_text);
   }
   std::string operator()(const std::vector<TomlValue>* value) const {
-    return value->empty() ? "" : toml_array(*value, [](const TomlValue& each) { return each.text; });
+    return value->empty() ? ""
+                          : toml_array(*value, [](const TomlValue& each) { return each.text; });
   }
   std::string operator()(const std::vector<KeyedValue>* value) const {
     std::string text;
     for (const KeyedValue& each : *value) {
-      text +=
-          (text.empty() ? "{ " : ", ") + toml_string(each.key) + " = " + each.value.text;
+      text += (text.empty() ? "{ " : ", ") + toml_string(each.key) + " = " + each.value.text;
     }
     return text.empty() ? "" : text + " }";
   }
@@ -180,6 +180,16 @@ std::string toml_string(const std::string& text) {
     }
   }
   return result + '"';
+}
+
+std::string motion_text(const Case& source) {
+  Case motion = source;
+  motion.compute = {};
+  motion.outputs.clear();
+  motion.time.duration = TimeCase{}.duration;
+  if (!motion.accuracy_choice.empty()) motion.time.accuracy.reset();
+  motion.accuracy_choice.clear();
+  return case_text(motion);
 }
 
 std::string case_text(const Case& source) {

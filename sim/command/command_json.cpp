@@ -112,6 +112,7 @@ std::string report_json(const RunCommand& command, const Case& source, const Run
   add_command(json, command);
   json["title"] = source.title;
   json["simulated_s"] = report.simulated_time;
+  json["resumed_at_s"] = report.resumed_at ? Json(*report.resumed_at) : Json();
   add_bill(json, report.bill);
   json["frames"] = report.frames;
   add_counts(json, report.counts);

@@ -165,12 +165,39 @@ void add_case_arguments(CLI::App& sub, Arguments& arguments) {
       ->allow_extra_args(false);
 }
 
+// Validates an option: returns an error message, or an empty text if the text is a positive finite
+// number.
+std::string is_duration(const std::string& text) {
+  double seconds = 0;
+  if (CLI::detail::lexical_cast(text, seconds) && std::isfinite(seconds) && seconds > 0) return "";
+  return in_quotes(text) + " is not a duration: expected a positive number of seconds";
+}
+
 void add_run_and_check(CLI::App& app, Arguments& arguments) {
   CLI::App* run = app.add_subcommand("run", "Simulate a case");
   add_case_arguments(*run, arguments);
   run->add_option("-o,--output", arguments.command.directory, "Folder of the trajectory")
       ->capture_default_str();
-  run->add_flag("--force", arguments.command.force, "Overwrite an existing trajectory");
+  CLI::Option* force =
+      run->add_flag("--force", arguments.command.force, "Overwrite an existing trajectory");
+  run->add_flag("--resume", arguments.command.resume,
+                "Go on from the last checkpoint of a run of this case that was stopped or killed; "
+                "without a checkpoint, begin at t = 0")
+      ->excludes(force);
+  run->add_option("--extend", arguments.command.extend,
+                  "Go on to this duration, beyond that of the run so far")
+      ->type_name("SECONDS")
+      ->check(is_duration)
+      ->excludes(force);
+  CLI::Option* restart =
+      run->add_option("--restart-from", arguments.command.restart_from,
+                      "Start the bodies in the state of another run, at the time of --time")
+          ->type_name("TRAJECTORY");
+  CLI::Option* time = run->add_option("--time", arguments.command.restart_time,
+                                      "Time of a frame of that run, or of its last checkpoint")
+                          ->type_name("SECONDS")
+                          ->needs(restart);
+  restart->needs(time);
   run->add_flag("--json", arguments.command.json, "Print the report as one JSON object");
   run->add_flag("--quiet", arguments.command.quiet, "No progress bar");
   run->add_flag(

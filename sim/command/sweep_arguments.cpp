@@ -12,6 +12,7 @@ constexpr const char* description =
     R"(Run a case with many values of its keys
 
   weft sweep SWEEP.toml --dry-run            list the runs
+  weft sweep estimate SWEEP.toml -o DIR      run a few of them and state the cost of all
   weft sweep SWEEP.toml -o DIR -j 4          compute those that have no result, four at a time
   weft sweep SWEEP.toml -o DIR --rerun failed   also those that failed
   weft sweep status DIR                      what is done, failed, interrupted
@@ -35,13 +36,29 @@ void read_slice(const std::string& text, SweepCommand& command) {
                                             "as 0/4");
 }
 
-// Adds the options of commands that compute runs.
-void add_engine_options(CLI::App& sub, SweepCommand& command) {
+// Adds the options of commands that plan a sweep.
+void add_plan_options(CLI::App& sub, SweepCommand& command) {
+  sub.add_option("-o,--output", command.directory,
+                 "Folder of the results; default: out/NAME of the sweep file")
+      ->type_name("DIR");
+  sub.add_option("--set", command.overrides,
+                 "Override a case key in all runs, for example --set time.duration=0.5; one "
+                 "--set per key")
+      ->option_text("KEY=VALUE")
+      ->allow_extra_args(false);
+}
+
+void add_jobs(CLI::App& sub, SweepCommand& command) {
   sub.add_option("-j,--jobs", command.processes,
                  "Runs at a time, at most one per core; default: one per core. Each gets an equal "
                  "share of the cores for its threads")
       ->type_name("RUNS")
       ->check(CLI::Range(1, most));
+}
+
+// Adds the options of commands that compute runs.
+void add_engine_options(CLI::App& sub, SweepCommand& command) {
+  add_jobs(sub, command);
   sub.add_option("--retry", command.retries,
                  "Further attempts of a run that crashed, or could not read or write its files")
       ->type_name("TIMES")
@@ -65,17 +82,21 @@ void add_json(CLI::App& sub, SweepCommand& command) {
 void add_sweep(CLI::App& app, SweepCommand& command, int& code) {
   CLI::App* sweep = app.add_subcommand("sweep", description);
   sweep->add_option("sweep", command.path, "TOML sweep file");
-  sweep->add_option("-o,--output", command.directory,
-                    "Folder of the results; default: out/NAME of the sweep file")
-      ->type_name("DIR");
-  sweep->add_option("--set", command.overrides,
-                    "Override a case key in all runs, for example --set time.duration=0.5; one "
-                    "--set per key")
-      ->option_text("KEY=VALUE")
-      ->allow_extra_args(false);
+  add_plan_options(*sweep, command);
   sweep->add_flag("--dry-run", command.dry_run, "List the runs and their states; write nothing");
   add_engine_options(*sweep, command);
   add_json(*sweep, command);
+
+  CLI::App* estimate = sweep->add_subcommand(
+      "estimate", "Compute a few runs of a sweep, which stay, and state the cost of all");
+  estimate->add_option("sweep", command.path, "TOML sweep file")->required();
+  add_plan_options(*estimate, command);
+  add_jobs(*estimate, command);
+  estimate->add_option("--pilots", command.pilots, "Runs to compute, evenly over the plan")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  add_json(*estimate, command);
+  estimate->callback([&] { code = estimate_sweep_cost(command); });
 
   CLI::App* work = sweep->add_subcommand("work", "Compute a slice of a planned sweep");
   work->add_option("folder", command.path, "Folder of the sweep")->required();

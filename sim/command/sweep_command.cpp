@@ -13,9 +13,10 @@
 #include "sim/case/case_text.h"
 #include "sim/command/guarded_command.h"
 #include "sim/command/run_command.h"
-#include "sim/sweep/local_engine.h"
 #include "sim/sweep/correlation.h"
+#include "sim/sweep/local_engine.h"
 #include "sim/sweep/plan_file.h"
+#include "sim/sweep/sweep_estimate.h"
 #include "sim/sweep/sweep_monitor.h"
 #include "sim/sweep/sweep_reader.h"
 #include "sim/sweep/sweep_records.h"
@@ -134,10 +135,10 @@ EngineOptions engine_options(const SweepCommand& command, std::size_t runs) {
   const int cores = usable_cores();
   EngineOptions options;
   options.program = fs::read_symlink("/proc/self/exe").string();
-  options.processes = command.processes > 0
-                          ? command.processes
-                          : std::clamp(static_cast<int>(std::min<std::size_t>(runs, 1U << 20U)), 1,
-                                       cores);
+  options.processes =
+      command.processes > 0
+          ? command.processes
+          : std::clamp(static_cast<int>(std::min<std::size_t>(runs, 1U << 20U)), 1, cores);
   options.threads = std::max(1, cores / options.processes);
   options.retries = command.retries;
   options.fail_fast = command.fail_fast;
@@ -209,6 +210,17 @@ std::vector<OutputExpression> outputs_to_collect(const SweepCommand& command,
   return read_sweep_outputs(plan.sweep);
 }
 
+void print_estimate(const SweepEstimate& estimate, int processes) {
+  std::printf("%zu of %zu runs as pilots, %zu of them done\n", estimate.pilots.size(),
+              estimate.runs, estimate.done);
+  if (estimate.done == 0) return;
+  std::printf("  CPU time     %.3g s per run (%.3g to %.3g), %.3g hours for all\n",
+              estimate.mean_cpu, estimate.least_cpu, estimate.most_cpu, estimate.cpu_hours());
+  std::printf("  wall time    %.3g s for all, %d at a time\n", estimate.wall(processes), processes);
+  std::printf("  memory       %.3g MiB per run\n", estimate.peak_memory);
+  std::printf("  disk         %.3g MB for all\n", 1e-6 * estimate.disk());
+}
+
 }  // namespace
 
 int run_sweep(const SweepCommand& command) {
@@ -222,6 +234,39 @@ int run_sweep(const SweepCommand& command) {
     EngineOptions options = engine_options(command, plan.runs.size());
     for (std::size_t i = 0; i < plan.runs.size(); ++i) options.runs.push_back(i);
     return compute(command, directory, plan, options);
+  });
+}
+
+int estimate_sweep_cost(const SweepCommand& command) {
+  return with_faults(command, [&] {
+    refuse_too_many_processes(command);
+    const SweepPlan plan = plan_sweep(read_sweep(command.path), command.overrides);
+    const fs::path directory = directory_of(command);
+    write_plan(directory, plan);
+    const EngineOptions options = engine_options(command, plan.runs.size());
+    const SweepEstimate estimate =
+        estimate_sweep(directory, plan, options, static_cast<std::size_t>(command.pilots));
+    if (estimate.stop_signal != 0) return 128 + estimate.stop_signal;
+    const int code =
+        estimate.done == estimate.pilots.size() ? exit_code::done : exit_code::some_runs_failed;
+    if (command.json) {
+      print_json({{"exit_code", code},
+                  {"runs", estimate.runs},
+                  {"pilots", estimate.pilots.size()},
+                  {"pilots_done", estimate.done},
+                  {"cpu_s_per_run",
+                   {{"least", estimate.least_cpu},
+                    {"mean", estimate.mean_cpu},
+                    {"most", estimate.most_cpu}}},
+                  {"cpu_hours", estimate.cpu_hours()},
+                  {"wall_s", estimate.wall(options.processes)},
+                  {"processes", options.processes},
+                  {"peak_memory_mib", estimate.peak_memory},
+                  {"disk_bytes", estimate.disk()}});
+      return code;
+    }
+    print_estimate(estimate, options.processes);
+    return code;
   });
 }
 

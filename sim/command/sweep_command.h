@@ -17,6 +17,7 @@ struct SweepCommand {
   bool dry_run = false;  // lists the runs and writes nothing
   bool json = false;
   bool quiet = false;
+  int pilots = 3;  // `estimate`: number of runs to compute
   // `work`: the slice of the plan that this process takes, and the number of slices.
   int slice = 0, slices = 1;
   std::string collected_sweep;  // `collect`: path of a sweep file with outputs, or empty
@@ -25,6 +26,9 @@ struct SweepCommand {
 // Plans a sweep, computes the runs that have no result, and prints those that failed. Returns the
 // exit code: one of exit_code or, after a signal, 130 (SIGINT) or 143 (SIGTERM).
 int run_sweep(const SweepCommand& command);
+// Computes a few runs of a sweep and prints what all of them will cost. Returns the exit code:
+// exit_code::some_runs_failed if a pilot is not done.
+int estimate_sweep_cost(const SweepCommand& command);
 // Computes a slice of a sweep that is planned. Returns the exit code, as run_sweep() does.
 int work_on_sweep(const SweepCommand& command);
 // Makes the summary, the table of correlations and the plots of a sweep anew, without running

@@ -2,6 +2,7 @@
 
 #include "sim/accuracy/accuracy_choice.h"
 #include "sim/probes/outputs.h"
+#include "sim/run/restart.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation/simulation.h"
 #include "sim/trajectory/frame_recorder.h"
@@ -28,6 +29,7 @@ void check_outputs_before_pilot(const Case& source, bool estimate_error) {
   if (source.outputs.empty() || !source.awaits_accuracy()) return;
   Case chosen = source;
   choose_accuracy(chosen);
+  read_restart(chosen);
   check_outputs(*build_scene(chosen), estimate_error);
 }
 

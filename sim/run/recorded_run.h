@@ -17,11 +17,23 @@
 namespace weft::sim {
 
 struct PilotReport;
+struct RunCheckpoint;
 struct Scene;
 
 struct RunOptions {
   std::string trajectory;  // path of the HDF5 file; a missing folder is created
   bool force = false;      // overwrites an existing file
+  // If true, run_simulation(Case) goes on from the checkpoint of an earlier run of the same case,
+  // as find_resumption() finds it (resumption.h). Without a checkpoint it begins at t = 0, in place
+  // of the file of that run. Frames, steps and series then have the bits of a run that was never
+  // stopped, apart from clocks.
+  bool resume = false;
+  // The checkpoint from which run_simulation(Scene) goes on; it must outlive the call. Null: the
+  // run begins at t = 0.
+  const RunCheckpoint* resumed = nullptr;
+  // motion_text() of the case before time.accuracy has chosen, for checkpoints. Empty: that of the
+  // scene's case.
+  std::string case_text;
   // If true, a second, more exact run beside this one measures the error
   // (sim/accuracy/error_monitor.h). The trajectory then has a series error_estimate_BODY (m) per
   // dynamic body. Not allowed with method `static`.
@@ -43,10 +55,11 @@ struct RunOptions {
 struct RunReport {
   enum class Status { done, failed, interrupted };
   Status status = Status::done;
-  std::string reason;              // reason of a failure or a stop, in words; else empty
-  std::optional<Failure> failure;  // set after a failure; `reason` is then its text
-  double simulated_time = 0;       // s; after a failure, the time of the last good state
-  Bill bill;                       // includes RunOptions::earlier
+  std::string reason;                // reason of a failure or a stop, in words; else empty
+  std::optional<Failure> failure;    // set after a failure; `reason` is then its text
+  double simulated_time = 0;         // s; after a failure, the time of the last good state
+  std::optional<double> resumed_at;  // time of the checkpoint from which the run went on (s)
+  Bill bill;  // includes RunOptions::earlier, and costs before the checkpoint
   int frames = 0;
   IntegratorCounts counts;
   // Smallest gap (m) over all steps, each at its last force evaluation. Empty if no pair came into

@@ -75,8 +75,7 @@ ChildProcess::ChildProcess(const Command& command)
   const pid_t parent = getpid();
   process_ = fork();
   if (process_ == 0) become(command, word_pointers.data(), environment_pointers.data(), parent);
-  if (process_ < 0)
-    throw FileError(words[0] + ": cannot start a process: " + std::strerror(errno));
+  if (process_ < 0) throw FileError(words[0] + ": cannot start a process: " + std::strerror(errno));
 }
 
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept

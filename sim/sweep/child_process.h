@@ -24,10 +24,10 @@ struct ChildEnd {
 class ChildProcess {
  public:
   struct Command {
-    std::vector<std::string> words;  // program and arguments
+    std::vector<std::string> words;        // program and arguments
     std::filesystem::path output, errors;  // files for standard output and standard error
-    int threads = 1;       // most threads of the program (OMP_THREAD_LIMIT)
-    int inherited = -1;    // descriptor that stays open in the program, or -1
+    int threads = 1;                       // most threads of the program (OMP_THREAD_LIMIT)
+    int inherited = -1;                    // descriptor that stays open in the program, or -1
   };
   // Starts the program. Throws FileError if the system cannot. A program that cannot be executed
   // ends with exit code 127.

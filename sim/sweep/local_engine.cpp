@@ -58,7 +58,7 @@ struct Active {
   RunAttempt attempt;
   ChildProcess process;
   Exceeded exceeded = Exceeded::nothing;
-  double peak_seen = 0;                      // MiB
+  double peak_seen = 0;                           // MiB
   std::optional<Clock::time_point> to_kill = {};  // time at which SIGKILL follows SIGTERM
 };
 
@@ -121,6 +121,7 @@ class LocalEngine {
     std::size_t index;
     int number;  // of the attempt, from 1
     bool had_failed = false;
+    bool anew = false;  // without the files of an earlier attempt
   };
 
   RunFolder folder(std::size_t index) const { return {directory_, plan_.runs[index].hash}; }
@@ -139,12 +140,12 @@ class LocalEngine {
     // Another worker may have ended the run meanwhile.
     const auto result = folder(next.index).result();
     if (result && (result->is_done() || !next.had_failed)) return;
-    std::optional<RunAttempt> attempt = folder(next.index).begin(run.case_text);
+    std::optional<RunAttempt> attempt = folder(next.index).begin(run.case_text, next.anew);
     if (!attempt) return observer_.left_to_another(next.index);
     const std::filesystem::path& place = attempt->folder();
     ChildProcess::Command command;
-    command.words = {options_.program, "run", (place / "run.toml").string(), "-o", place.string(),
-                     "--json"};
+    command.words = {options_.program, "run",   (place / "run.toml").string(), "-o", place.string(),
+                     "--resume",       "--json"};
     command.output = place / "report.json";
     command.errors = place / "log.txt";
     command.threads = options_.threads;
@@ -200,10 +201,15 @@ class LocalEngine {
   void settle(Active ended, const ChildEnd& end) {
     const bool was_stopped =
         ended.exceeded == Exceeded::nothing &&
-        (end.exit_code == 128 + SIGTERM || end.exit_code == 128 + SIGINT ||
-         end.signal == SIGTERM || end.signal == SIGINT || (stopping() && end.signal == SIGKILL));
+        (end.exit_code == 128 + SIGTERM || end.exit_code == 128 + SIGINT || end.signal == SIGTERM ||
+         end.signal == SIGINT || (stopping() && end.signal == SIGKILL));
     if (was_stopped) return observer_.interrupted(ended.index);
     const RunResult result = result_of(ended, end);
+    // A checkpoint of another build is refused, and one that is damaged cannot be read.
+    const bool cannot_resume = ended.attempt.resumes() && (result.failure == Failure::bad_case ||
+                                                           result.failure == Failure::input_output);
+    if (cannot_resume && !stopping())
+      return waiting_.push_front({ended.index, ended.number, true, true});
     const bool again = may_pass(result.failure) && ended.number <= options_.retries && !stopping();
     if (again) return waiting_.push_front({ended.index, ended.number + 1, true});
     const std::size_t index = ended.index;
@@ -235,8 +241,10 @@ class LocalEngine {
   void explain(RunResult& result, const Active& ended) const {
     if (ended.exceeded == Exceeded::memory) {
       result.failure = Failure::over_memory;
-      result.reason = "took " + rounded_text(std::round(ended.peak_seen)) + " MiB of memory, more than limits.memory = " +
-                      rounded_text(*plan_.limits.memory) + " MiB";
+      result.reason =
+          "took " + rounded_text(std::round(ended.peak_seen)) +
+          " MiB of memory, more than limits.memory = " + rounded_text(*plan_.limits.memory) +
+          " MiB";
     } else if (ended.exceeded == Exceeded::time && (result.signal != 0 || result.exit_code != 0)) {
       result.failure = Failure::over_time;
       result.reason = "took longer than limits.time = " + rounded_text(*plan_.limits.time) + " s";

@@ -12,11 +12,11 @@
 namespace weft::sim {
 
 struct EngineOptions {
-  std::string program;       // path of the weft command
-  int processes = 1;         // runs at a time
-  int threads = 1;           // most threads of each
-  int retries = 0;           // further attempts of a run that crashed, or could not read or write
-  bool fail_fast = false;    // stops after the first failure
+  std::string program;        // path of the weft command
+  int processes = 1;          // runs at a time
+  int threads = 1;            // most threads of each
+  int retries = 0;            // further attempts of a run that crashed, or could not read or write
+  bool fail_fast = false;     // stops after the first failure
   bool rerun_failed = false;  // computes failed runs again
   std::vector<std::size_t> runs;  // indices of the runs in the plan that this engine may take
 };
@@ -44,8 +44,9 @@ struct EngineReport {
 };
 
 // Computes all runs of options.runs that have no result, in the order of the list, and writes their
-// results. A run with a refusal is left alone. Runs with equal hashes are computed once. SIGINT or SIGTERM stops all runs by SIGTERM; a second one kills them. Both signals
-// are blocked meanwhile. Throws FileError if the folder of the sweep cannot be written.
+// results. A run with a refusal is left alone. Runs with equal hashes are computed once. SIGINT or
+// SIGTERM stops all runs by SIGTERM; a second one kills them. Both signals are blocked meanwhile.
+// Throws FileError if the folder of the sweep cannot be written.
 EngineReport compute_runs(const std::filesystem::path& directory, const SweepPlan& plan,
                           const EngineOptions& options, EngineObserver& observer);
 

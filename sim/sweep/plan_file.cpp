@@ -85,7 +85,8 @@ SweepPlan read_plan(const std::filesystem::path& directory) {
   try {
     const Json json = Json::parse(*text);
     if (json.at("plan_format") != plan_format)
-      throw FileError(path.string() + ": is a plan of another version of Weft; plan the sweep anew");
+      throw FileError(path.string() +
+                      ": is a plan of another version of Weft; plan the sweep anew");
     SweepPlan plan;
     json.at("sweep").get_to(plan.sweep);
     json.at("factors").get_to(plan.factors);

@@ -25,10 +25,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t name_digits = 16;
 constexpr const char* attempt_prefix = "attempt_";
-constexpr std::array failure_names{"",          "bad_case",    "numerical_failure", "input_output",
-                                   "over_time", "over_memory", "signal"};
-// Files that an attempt leaves to its run.
-constexpr std::array kept_files{"run.toml", "run.h5", "run.xdmf", "log.txt"};
+constexpr std::array failure_names{
+    "", "bad_case", "numerical_failure", "input_output", "over_time", "over_memory", "signal"};
+// Files that an attempt leaves to its run, and those with which another attempt can go on.
+constexpr std::array kept_files{"run.toml", "run.h5", "run.xdmf", "run.checkpoint", "log.txt"};
+constexpr std::array resumed_files{"run.h5", "run.xdmf", "run.checkpoint"};
 
 std::vector<fs::path> attempts_in(const fs::path& folder) {
   std::vector<fs::path> attempts;
@@ -93,7 +94,9 @@ const char* state_name(RunState state) {
 }
 
 RunAttempt::RunAttempt(RunAttempt&& other) noexcept
-    : folder_(std::move(other.folder_)), lock_(std::exchange(other.lock_, -1)) {}
+    : folder_(std::move(other.folder_)),
+      lock_(std::exchange(other.lock_, -1)),
+      resumes_(other.resumes_) {}
 
 RunAttempt::~RunAttempt() {
   if (lock_ >= 0) close(lock_);
@@ -121,23 +124,43 @@ RunState RunFolder::state_without_result() const {
   return attempts.empty() ? RunState::not_begun : RunState::interrupted;
 }
 
-std::optional<RunAttempt> RunFolder::begin(const std::string& case_text) const {
-  for (const fs::path& earlier : attempts_in(path_)) {
-    if (is_in_use(earlier)) return std::nullopt;
-    std::error_code ignored;  // another worker may remove it at the same time
-    fs::remove_all(earlier, ignored);
-  }
+std::optional<RunAttempt> RunFolder::begin(const std::string& case_text, bool anew) const {
+  const std::vector<fs::path> earlier = attempts_in(path_);
+  if (std::ranges::any_of(earlier, is_in_use)) return std::nullopt;
   const fs::path folder = path_ / (attempt_prefix + process_name());
   std::error_code error;
+  if (!anew && !earlier.empty()) {
+    fs::rename(earlier.front(), folder, error);
+    if (error) return std::nullopt;  // another worker was quicker
+  }
+  for (const fs::path& each : earlier) {
+    if (each != folder || anew) fs::remove_all(each, error);
+  }
+  error.clear();
   fs::create_directories(folder, error);
   if (error) throw FileError(folder.string() + ": cannot create: " + error.message());
   // The process of the run inherits the lock (ChildProcess), so that it lasts as long as both.
   const int lock = open((folder / "in_use").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (lock < 0) throw FileError(folder.string() + ": cannot be locked: " + std::strerror(errno));
-  RunAttempt attempt(folder, lock);
+  RunAttempt attempt(folder, lock, false);
   if (!lock_open_file(lock)) return std::nullopt;
+  take_over_failed(folder, anew);
   write_whole_file(folder / "run.toml", case_text);
+  attempt.resumes_ = fs::exists(folder / "run.checkpoint");
   return attempt;
+}
+
+void RunFolder::take_over_failed(const fs::path& attempt, bool anew) const {
+  if (!fs::exists(path_ / "result.json")) return;
+  std::error_code ignored;  // without these files the run begins anew
+  for (const char* name : resumed_files) {
+    if (anew) {
+      fs::remove(path_ / name, ignored);
+    } else {
+      fs::rename(path_ / name, attempt / name, ignored);
+    }
+  }
+  fs::remove(path_ / "result.json", ignored);
 }
 
 bool RunFolder::finish(RunAttempt attempt, const RunResult& result) const {
@@ -148,9 +171,8 @@ bool RunFolder::finish(RunAttempt attempt, const RunResult& result) const {
     fs::rename(attempt.folder() / name, path_ / name, error);
     if (error) throw FileError((path_ / name).string() + ": cannot be written: " + error.message());
   }
-  write_whole_file(path_ / "result.json", result_json(result).dump(2, ' ', false,
-                                                                   Json::error_handler_t::replace) +
-                                              '\n');
+  write_whole_file(path_ / "result.json",
+                   result_json(result).dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
   std::error_code ignored;  // a folder that stays is an attempt that nobody goes on with
   fs::remove_all(attempt.folder(), ignored);
   return true;

@@ -1,7 +1,7 @@
 // The folder of a run: its state lies in its files alone.
 //
 //   runs/HASH/run.toml      the case
-//   runs/HASH/run.h5, .xdmf the trajectory
+//   runs/HASH/run.h5, .xdmf the trajectory, and run.checkpoint beside it
 //   runs/HASH/log.txt       the messages of the run
 //   runs/HASH/result.json   the end of the run; written last, aside and renamed
 //   runs/HASH/attempt_*/    the files of a run that goes on or was interrupted
@@ -58,16 +58,20 @@ class RunAttempt {
 
   const std::filesystem::path& folder() const { return folder_; }
   int lock_descriptor() const { return lock_; }
+  // True if the attempt has a checkpoint of an earlier one, from which the run can go on.
+  bool resumes() const { return resumes_; }
   // True if the folder still belongs to this attempt.
   bool is_ours() const;
 
  private:
   friend class RunFolder;
-  RunAttempt(std::filesystem::path folder, int lock) : folder_(std::move(folder)), lock_(lock) {}
+  RunAttempt(std::filesystem::path folder, int lock, bool resumes)
+      : folder_(std::move(folder)), lock_(lock), resumes_(resumes) {}
   std::filesystem::path lock_path() const { return folder_ / "in_use"; }
 
   std::filesystem::path folder_;
   int lock_;
+  bool resumes_;
 };
 
 class RunFolder {
@@ -84,14 +88,19 @@ class RunFolder {
   RunState state_without_result() const;
 
   // Begins an attempt with the case as run.toml. Returns nothing if another worker is at this run.
-  // Attempts that were interrupted are removed. Throws FileError.
-  std::optional<RunAttempt> begin(const std::string& case_text) const;
+  // The attempt takes over the files of an attempt that was interrupted or, if the run has failed,
+  // of that run, whose result it removes. If `anew`, these files are removed instead. Throws
+  // FileError.
+  std::optional<RunAttempt> begin(const std::string& case_text, bool anew = false) const;
 
   // Moves the files of the attempt into the folder, then writes the result. Returns false if the
   // attempt was taken over by another worker; nothing is then written. Throws FileError.
   bool finish(RunAttempt attempt, const RunResult& result) const;
 
  private:
+  // Moves the files of a run that has failed into the attempt, or removes them if `anew`.
+  void take_over_failed(const std::filesystem::path& attempt, bool anew) const;
+
   std::filesystem::path path_;
   std::string hash_;
 };

@@ -14,6 +14,7 @@
 #include "sim/base/file_error.h"
 #include "sim/case/case_writer.h"
 #include "sim/run/numerics_version.h"
+#include "sim/run/run_checkpoint.h"
 
 namespace weft::sim {
 
@@ -50,8 +51,9 @@ class Digest {
   std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
 };
 
-// Calls use(path) for the path of each file with a shape.
-void for_each_shape_file(Case& source, const std::function<void(std::string&)>& use) {
+// Calls use(path) for the path of each file that the case reads, but for included ones, which are
+// merged into the case.
+void for_each_input_file(Case& source, const std::function<void(std::string&)>& use) {
   const auto visit = [&](ShapeCase& shape) {
     if (shape.type == ShapeType::file) use(shape.path);
   };
@@ -60,6 +62,7 @@ void for_each_shape_file(Case& source, const std::function<void(std::string&)>& 
     if (body.start && body.start->shape) visit(*body.start->shape);
   }
   for (ObstacleCase& obstacle : source.obstacle) visit(obstacle.shape);
+  if (source.restart) use(source.restart->path);
 }
 
 fs::path place_of(const Case& source, const std::string& path) {
@@ -80,9 +83,13 @@ std::string RunHasher::hash(const Case& source) {
   copy.compute.threads.reset();
   copy.compute.backend = ComputeBackend::automatic;
   std::string inputs = "weft numerics " + std::to_string(numerics_version) + '\n' + case_text(copy);
-  for_each_shape_file(copy, [&](std::string& path) {
+  for_each_input_file(copy, [&](std::string& path) {
     inputs += "file " + digest_of_file(place_of(source, path).string()) + '\n';
   });
+  if (copy.restart) {
+    const std::string checkpoint = checkpoint_path(place_of(source, copy.restart->path).string());
+    if (fs::exists(checkpoint)) inputs += "checkpoint " + digest_of_file(checkpoint) + '\n';
+  }
   return sha256(inputs);
 }
 
@@ -102,7 +109,7 @@ const std::string& RunHasher::digest_of_file(const std::string& path) {
 
 std::string portable_case_text(const Case& source) {
   Case copy = source;
-  for_each_shape_file(copy, [&](std::string& path) {
+  for_each_input_file(copy, [&](std::string& path) {
     path = fs::absolute(place_of(source, path)).lexically_normal().string();
   });
   return case_text(copy);

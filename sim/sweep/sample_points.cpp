@@ -57,8 +57,7 @@ std::vector<UnitPoint> latin_hypercube_points(std::size_t count, std::size_t dim
   return points;
 }
 
-std::vector<UnitPoint> sobol_points(std::size_t count, std::size_t dimensions,
-                                    std::uint64_t seed) {
+std::vector<UnitPoint> sobol_points(std::size_t count, std::size_t dimensions, std::uint64_t seed) {
   std::vector<std::uint64_t> shift(dimensions, 0);
   Engine engine(seed);
   if (seed != 0) {

@@ -48,12 +48,12 @@ struct ListedRun {
 };
 
 struct SweepCase {
-  std::string base;                 // path of the base case, relative to the sweep file
-  std::vector<KeyedValue> set;      // [set]: overrides of all runs
-  std::vector<FactorCase> factors;  // [factors], in the order of the file
-  SampleCase sample;                // [sample]
-  LimitsCase limits;                // [limits]
-  std::vector<ListedRun> run;       // [[run]]
+  std::string base;                       // path of the base case, relative to the sweep file
+  std::vector<KeyedValue> set;            // [set]: overrides of all runs
+  std::vector<FactorCase> factors;        // [factors], in the order of the file
+  SampleCase sample;                      // [sample]
+  LimitsCase limits;                      // [limits]
+  std::vector<ListedRun> run;             // [[run]]
   std::vector<OutputExpression> outputs;  // [outputs], in the order of the file
 
   std::string path;  // path of the sweep file

@@ -96,7 +96,8 @@ void SweepMonitor::ended(std::size_t index, const RunResult& result) {
   collector_.forget(plan_.runs[index].hash);
   ++ended_here_;
   seconds_here_ += result.wall_seconds;
-  print(index, std::string(state_name(state)) + " in " + rounded_text(std::round(result.wall_seconds * 100) / 100) + " s" +
+  print(index, std::string(state_name(state)) + " in " +
+                   rounded_text(std::round(result.wall_seconds * 100) / 100) + " s" +
                    (result.reason.empty() ? "" : ": " + result.reason));
   if (options_.writes_summary && Clock::now() >= next_summary_) {
     const Clock::time_point start = Clock::now();
@@ -147,8 +148,7 @@ void SweepMonitor::erase_table() {
 void SweepMonitor::draw_table() {
   last_drawn_ = Clock::now();
   const std::size_t width = terminal_columns();
-  const std::string head =
-      counts_text(count_records(records_)) + ", remaining " + remaining_text();
+  const std::string head = counts_text(count_records(records_)) + ", remaining " + remaining_text();
   std::fprintf(stderr, "%s\n", head.substr(0, width).c_str());
   for (const Shown& run : shown_)
     std::fprintf(stderr, "%s\n", printable(line_of(run)).substr(0, width).c_str());

@@ -20,8 +20,8 @@ class SweepMonitor final : public EngineObserver {
  public:
   struct Options {
     int processes = 1;
-    bool quiet = false;            // prints nothing
-    bool writes_summary = true;    // rewrites summary.csv as runs end, at most once a second
+    bool quiet = false;          // prints nothing
+    bool writes_summary = true;  // rewrites summary.csv as runs end, at most once a second
   };
   SweepMonitor(std::filesystem::path directory, const SweepPlan& plan,
                std::vector<RunRecord>& records, OutputCollector& collector, const Options& options);
@@ -59,9 +59,9 @@ class SweepMonitor final : public EngineObserver {
   bool terminal_;
   std::list<Shown> shown_;
   int lines_drawn_ = 0;
-  int ended_here_ = 0;        // runs that this object saw end
-  double seconds_here_ = 0;   // their wall time, s
-  int to_do_ = 0;             // runs without a result
+  int ended_here_ = 0;       // runs that this object saw end
+  double seconds_here_ = 0;  // their wall time, s
+  int to_do_ = 0;            // runs without a result
   Clock::time_point last_drawn_, next_summary_;
 };
 

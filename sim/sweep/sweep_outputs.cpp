@@ -8,6 +8,7 @@
 #include "sim/case/case_reader.h"
 #include "sim/probes/outputs.h"
 #include "sim/run/output_check.h"
+#include "sim/run/restart.h"
 #include "sim/scene/scene.h"
 #include "sim/sweep/sweep_values.h"
 
@@ -43,6 +44,7 @@ void check_outputs(const SweepPlan& plan) {
   if (source.awaits_accuracy()) {
     check_outputs_before_pilot(source, false);
   } else {
+    read_restart(source);
     check_outputs(*build_scene(source), false);
   }
 }

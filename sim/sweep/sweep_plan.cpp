@@ -97,12 +97,12 @@ class Planner {
       fixed_.push_back(override_of(each.key, each.key_place, each.value));
     for (const std::string& text : overrides) {
       CaseOverride each = override_of_option(text);
-      const bool varies = std::ranges::find(sweep_.factors, each.key, &FactorCase::key) !=
-                              sweep_.factors.end() ||
-                          (!sweep_.run.empty() &&
-                           std::ranges::find(sweep_.run.front().set, each.key, &KeyedValue::key) !=
-                               sweep_.run.front().set.end()) ||
-                          each.key == sweep_.sample.repeat_key;
+      const bool varies =
+          std::ranges::find(sweep_.factors, each.key, &FactorCase::key) != sweep_.factors.end() ||
+          (!sweep_.run.empty() &&
+           std::ranges::find(sweep_.run.front().set, each.key, &KeyedValue::key) !=
+               sweep_.run.front().set.end()) ||
+          each.key == sweep_.sample.repeat_key;
       if (varies) {
         throw CaseError(each.key_place, in_quotes(each.key) + " varies in this sweep",
                         "expected a key that is no factor");
@@ -149,10 +149,10 @@ class Planner {
     for (int i = 0; i < *factor.count; ++i) {
       const double value = range_value(factor.range[0], factor.range[1], *factor.count, i);
       if (column.is_whole && value != std::round(value)) {
-        throw CaseError(factor.numbers_location,
-                        in_quotes(column.key) + " takes whole numbers, and the range has " +
-                            number_text(value),
-                        "expected a \"count\" with a whole number between two values");
+        throw CaseError(
+            factor.numbers_location,
+            in_quotes(column.key) + " takes whole numbers, and the range has " + number_text(value),
+            "expected a \"count\" with a whole number between two values");
       }
       column.list.push_back({column.number(value), false, factor.numbers_location});
     }

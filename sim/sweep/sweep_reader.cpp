@@ -40,12 +40,13 @@ void check_order(const FactorCase& factor) {
 void check_count(const FactorCase& factor, const Locations& locations) {
   const std::string path = join_path("factors", factor.key);
   if (!factor.range.empty() && !factor.count) {
-    throw CaseError(factor.numbers_location, in_quotes(factor.key) + " has a range without \"count\"",
+    throw CaseError(factor.numbers_location,
+                    in_quotes(factor.key) + " has a range without \"count\"",
                     "expected \"count\", the number of values");
   }
   if (factor.range.empty() && factor.count) {
-    throw CaseError(locations.key(join_path(path, "count")),
-                    "\"count\" does not belong here", "expected only with \"range\"");
+    throw CaseError(locations.key(join_path(path, "count")), "\"count\" does not belong here",
+                    "expected only with \"range\"");
   }
 }
 
@@ -136,8 +137,7 @@ void check_zip(const SweepCase& sweep) {
 void check_repeats(const SweepCase& sweep, const Locations& locations) {
   const SampleCase& sample = sweep.sample;
   if (sample.repeats > 1 && sample.repeat_key.empty()) {
-    throw CaseError(locations.value("sample.repeats"),
-                    "the repeats would all be the same run",
+    throw CaseError(locations.value("sample.repeats"), "the repeats would all be the same run",
                     "expected \"repeat_key\", a case key that gets the number of the repeat");
   }
   if (sample.repeats == 1 && !sample.repeat_key.empty()) {
@@ -163,8 +163,7 @@ void check_sweep(const SweepCase& sweep, const Locations& locations) {
                     "expected [factors], with case keys in quotes");
   }
   for (const FactorCase& factor : sweep.factors) check_factor(factor, sweep, locations);
-  if (sweep.sample.method == SampleMethod::sobol &&
-      sweep.factors.size() > most_sobol_dimensions) {
+  if (sweep.sample.method == SampleMethod::sobol && sweep.factors.size() > most_sobol_dimensions) {
     throw CaseError(sweep.method_location,
                     std::to_string(sweep.factors.size()) + " factors are too many for \"sobol\"",
                     "expected at most " + std::to_string(most_sobol_dimensions));
@@ -218,9 +217,7 @@ SweepCase parse_sweep(const std::string& text, const std::string& path) {
   return sweep;
 }
 
-SweepCase read_sweep(const std::string& path) {
-  return parse_sweep(text_of_sweep(path), path);
-}
+SweepCase read_sweep(const std::string& path) { return parse_sweep(text_of_sweep(path), path); }
 
 std::vector<OutputExpression> read_sweep_outputs(const std::string& path) {
   Locations locations(path);

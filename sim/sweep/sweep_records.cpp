@@ -5,8 +5,7 @@
 
 namespace weft::sim {
 
-std::vector<RunRecord> read_records(const std::filesystem::path& directory,
-                                    const SweepPlan& plan) {
+std::vector<RunRecord> read_records(const std::filesystem::path& directory, const SweepPlan& plan) {
   std::vector<RunRecord> records;
   records.reserve(plan.runs.size());
   for (const PlannedRun& run : plan.runs) {

@@ -11,7 +11,8 @@ Table describe(FactorCase& target) {
       target;
   Table result{{
       field("list", &list, "Values of any type that the case key takes."),
-      field("range", &range, "", any, "First and last value, between which `count` values lie evenly.")
+      field("range", &range, "", any,
+            "First and last value, between which `count` values lie evenly.")
           .entries(2, 2)
           .not_with("list"),
       field("count", &count, "", at_least(2), "Number of values of `range`, with both ends.")
@@ -35,17 +36,18 @@ Table describe(FactorCase& target) {
 Table describe(SampleCase& target) {
   auto& [method, runs, seed, repeats, repeat_key, include, exclude] = target;
   return {{
-      field("method",
-            choice(&method, {{SampleMethod::grid, "grid"},
-                             {SampleMethod::zip, "zip"},
-                             {SampleMethod::list, "list"},
-                             {SampleMethod::random, "random"},
-                             {SampleMethod::latin_hypercube, "latin_hypercube"},
-                             {SampleMethod::sobol, "sobol"}}),
-            "How values make runs. grid: every combination, the last factor changing first. zip: the "
-            "first values of all factors, the second ones, and so on. list: the tables [[run]]. "
-            "random: independent samples. latin_hypercube: one sample in each of as many equal "
-            "intervals as there are runs. sobol: points of the Sobol sequence."),
+      field(
+          "method",
+          choice(&method, {{SampleMethod::grid, "grid"},
+                           {SampleMethod::zip, "zip"},
+                           {SampleMethod::list, "list"},
+                           {SampleMethod::random, "random"},
+                           {SampleMethod::latin_hypercube, "latin_hypercube"},
+                           {SampleMethod::sobol, "sobol"}}),
+          "How values make runs. grid: every combination, the last factor changing first. zip: the "
+          "first values of all factors, the second ones, and so on. list: the tables [[run]]. "
+          "random: independent samples. latin_hypercube: one sample in each of as many equal "
+          "intervals as there are runs. sobol: points of the Sobol sequence."),
       field("runs", &runs, "", Limits{1, 1e6, false, false}, "Number of samples.")
           .needed()
           .only_for("method", {"random", "latin_hypercube", "sobol"}),
@@ -89,8 +91,8 @@ Table describe(ListedRun& target) {
 }
 
 Table describe(SweepCase& target) {
-  auto& [base, set, factors, sample, limits, run, outputs, path, text, base_location, factors_location,
-         method_location, repeat_key_location] = target;
+  auto& [base, set, factors, sample, limits, run, outputs, path, text, base_location,
+         factors_location, method_location, repeat_key_location] = target;
   TableList of_factors = tables(&factors, true);
   of_factors.named_by_case_keys = true;
   return {{

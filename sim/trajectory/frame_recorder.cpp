@@ -155,25 +155,48 @@ TrajectoryContents recorded_contents(const Simulation& simulation,
 
 FrameRecorder::FrameRecorder(const Simulation& simulation, const std::string& path, bool force,
                              Cost& cost, const std::vector<Series>& more)
-    : scene_(simulation.scene()),
+    : path_(path),
+      scene_(simulation.scene()),
       simulation_(simulation),
       dynamics_(simulation.dynamics()),
       cost_(cost),
       channels_(simulation),
       images_(scene_, channels_),
-      writer_(path, images_.bodies(), frame_series(simulation, more),
+      layout_(make_layout(more)),
+      writer_(path, layout_.bodies, layout_.series,
               {.title = scene_.source.title,
                .case_text = scene_.source.resolved_text,
                .compute = simulation.compute(),
                .force = force,
-               .step_series = step_series(dynamics_),
-               .records = trajectory_records(channels_),
+               .step_series = layout_.step_series,
+               .records = layout_.records,
                .sewn = images_.sewn(),
                .precision = scene_.source.output.precision,
                .compression = scene_.source.output.compression,
                .compression_error = scene_.source.output.compression_error,
+               .publish_later = true,
                .commit_interval = commit_interval},
               images_.positions(scene_.initial_position)) {}
+
+TrajectoryLayout FrameRecorder::make_layout(const std::vector<Series>& more) const {
+  return {images_.bodies(), frame_series(simulation_, more), step_series(dynamics_),
+          trajectory_records(channels_)};
+}
+
+void FrameRecorder::copy_earlier(int frames) {
+  const CostTimer cost(cost_);
+  copy_frames(path_, frames, layout_, writer_);
+}
+
+void FrameRecorder::publish() { writer_.publish(); }
+
+void FrameRecorder::transfer(StateArchive& archive) {
+  archive(last_counts_, step_rows_);
+  std::size_t count = energies_.size();
+  archive(count);
+  energies_.resize(count);
+  for (auto& [name, energy] : energies_) archive(name, energy);
+}
 
 std::vector<double> FrameRecorder::frame_values(const StateSummary& summary, double largest_stretch,
                                                 const IntegratorCounts& counts) const {

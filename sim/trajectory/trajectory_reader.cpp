@@ -498,4 +498,13 @@ TrajectoryContents TrajectoryReader::contents() const {
   return {bodies(), records(), series(), step_series()};
 }
 
+std::vector<double> TrajectoryReader::step_values(const std::string& name,
+                                                  std::int64_t count) const {
+  const hdf5::QuietErrors quiet;
+  if (count < 0) implementation_->access.reject("has a negative number of steps");
+  return read_whole(implementation_->access.path(), [&] {
+    return implementation_->read_list("steps/" + name, static_cast<hsize_t>(count));
+  });
+}
+
 }  // namespace weft::sim

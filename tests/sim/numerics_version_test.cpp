@@ -60,8 +60,7 @@ TEST(NumericsVersion, NumberChangesWithTheNumerics) {
     const std::vector<Vec3> now{positions.back(), positions[positions.size() / 2]};
     for (std::size_t i = 0; i < now.size(); ++i) {
       EXPECT_LT((now[i] - each.positions[i]).norm(), 1e-9)
-          << each.method << ": results have moved; see sim/run/numerics_version.h. Now: "
-          << [&] {
+          << each.method << ": results have moved; see sim/run/numerics_version.h. Now: " << [&] {
                char text[128];
                std::snprintf(text, sizeof text, "{%.12f, %.12f, %.12f}", now[i].x(), now[i].y(),
                              now[i].z());

@@ -75,6 +75,11 @@ class SweepCommandTest : public WeftCommand {
     }
     return found;
   }
+  static void expect_same_frames(const fs::path& one, const fs::path& other) {
+    const TrajectoryReader a(one.string()), b(other.string());
+    ASSERT_EQ(a.frames(), b.frames()) << one;
+    for (int f = 0; f < a.frames(); ++f) EXPECT_EQ(a.positions(0, f), b.positions(0, f)) << one;
+  }
   // Waits until a process has `text` in its arguments, and returns its number.
   static pid_t wait_for_process(const std::string& text) {
     for (int i = 0; i < 6000; ++i) {
@@ -109,7 +114,7 @@ TEST_F(SweepCommandTest, RunsOnceWhatHasNoResult) {
   EXPECT_EQ(results("out").size(), 4U);
   for (const fs::path& result : results("out")) {
     EXPECT_TRUE(fs::exists(result.parent_path() / "run.h5"));
-    EXPECT_EQ(std::distance(fs::directory_iterator(result.parent_path()), {}), 5) << result;
+    EXPECT_EQ(std::distance(fs::directory_iterator(result.parent_path()), {}), 6) << result;
   }
   const std::string summary = read_bytes(path("out/summary.csv"));
   EXPECT_TRUE(summary.starts_with("run,hash,status,failure,reason,material.cotton.density,wall_s,"))
@@ -135,11 +140,7 @@ TEST_F(SweepCommandTest, RunsAreThoseOfWeftRun) {
   const std::string hash =
       summary_json("out").at("runs")[1].at("hash").get<std::string>().substr(0, 16);
   ASSERT_EQ(weft({"run", "base.toml", "--set", "material.cotton.density=0.2", "--quiet"}).code, 0);
-  const TrajectoryReader swept(path("out/runs/" + hash + "/run.h5").string());
-  const TrajectoryReader alone(path("out/base.h5").string());
-  ASSERT_EQ(swept.frames(), alone.frames());
-  for (int f = 0; f < alone.frames(); ++f)
-    EXPECT_EQ(swept.positions(0, f), alone.positions(0, f)) << f;
+  expect_same_frames(path("out/runs/" + hash + "/run.h5"), path("out/base.h5"));
 }
 
 // One run of each kind of failure among good ones. A crash is a signal from this test.
@@ -175,8 +176,8 @@ set = { title = "also good", "time.duration" = 0.02, "body.sheet.shape.resolutio
   EXPECT_EQ(sweep.wait(), exit_code::some_runs_failed) << sweep.err();
 
   const Json runs = summary_json("out").at("runs");
-  const std::vector<std::string> kinds{"",          "bad_case", "numerical_failure", "over_memory",
-                                       "signal",    "over_time", ""};
+  const std::vector<std::string> kinds{
+      "", "bad_case", "numerical_failure", "over_memory", "signal", "over_time", ""};
   const std::vector<std::string> reasons{"",
                                          "sweep.toml:9:",
                                          "compute.cpu_limit",
@@ -296,6 +297,10 @@ runs = 16
   EXPECT_EQ(results("killed").size(), 16U);
   EXPECT_LT(seen.size(), 16U);  // a kill came before the end
   for (const auto& [result, bytes] : seen) EXPECT_EQ(read_bytes(result), bytes) << "done twice";
+  for (const fs::path& result : results("killed")) {
+    const fs::path folder = result.parent_path();
+    expect_same_frames(folder / "run.h5", path("whole") / "runs" / folder.filename() / "run.h5");
+  }
   EXPECT_EQ(lasting_summary("killed"), lasting_summary("whole"));
 }
 
@@ -335,6 +340,28 @@ TEST_F(SweepCommandTest, SlicesCoverThePlan) {
   EXPECT_EQ(results("out").size(), 4U);
   EXPECT_EQ(lasting_summary("out"), lasting_summary("planned"));
   EXPECT_EQ(weft({"sweep", "work", out, "--slice", "3/3"}).code, exit_code::bad_case);
+}
+
+TEST_F(SweepCommandTest, EstimatesTheCostOfAllRunsByAFew) {
+  write("sweep.toml", R"(case = "base.toml"
+[factors]
+"material.cotton.density" = { range = [0.1, 0.4], count = 100 }
+)");
+  const Result result = weft({"sweep", "estimate", "sweep.toml", "-o", "out", "--pilots", "2"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_TRUE(contains(result.out, "2 of 100 runs as pilots, 2 of them done")) << result.out;
+  EXPECT_EQ(results("out").size(), 2U);
+  const Json json = Json::parse(
+      weft({"sweep", "estimate", "sweep.toml", "-o", "out", "--pilots", "2", "--json"}).out);
+  double cpu = 0, disk = 0;
+  for (const fs::path& pilot : results("out")) {
+    cpu += Json::parse(read_bytes(pilot)).at("cpu_s").get<double>();
+    for (const auto& file : fs::directory_iterator(pilot.parent_path()))
+      disk += static_cast<double>(file.file_size());
+  }
+  EXPECT_NEAR(json.at("cpu_hours").get<double>(), 50 * cpu / 3600, 1e-12);
+  EXPECT_NEAR(json.at("disk_bytes").get<double>(), 50 * disk, 1);
+  EXPECT_GT(json.at("peak_memory_mib"), 1);
 }
 
 TEST_F(SweepCommandTest, RefusesBadFilesAndOptions) {

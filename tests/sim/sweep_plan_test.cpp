@@ -57,7 +57,8 @@ TEST_F(SweepPlanTest, AGridHasEveryCombination) {
                                          {"1", "0.1"},
                                          {"1", "0.2"},
                                          {"1", "0.3"}}));
-  EXPECT_EQ(plan(two_factors).factors, (std::vector<std::string>{"time.duration", "contact.friction"}));
+  EXPECT_EQ(plan(two_factors).factors,
+            (std::vector<std::string>{"time.duration", "contact.friction"}));
 }
 
 TEST_F(SweepPlanTest, AZipTakesValuesTogether) {
@@ -98,8 +99,9 @@ runs = 3
 
 TEST_F(SweepPlanTest, SeedsChooseSamples) {
   const auto sampled = [&](const std::string& method, int seed) {
-    return values("[factors]\n\"contact.friction\" = { uniform = [0.1, 0.5] }\n[sample]\nmethod = \"" +
-                  method + "\"\nruns = 5\nseed = " + std::to_string(seed) + "\n");
+    return values(
+        "[factors]\n\"contact.friction\" = { uniform = [0.1, 0.5] }\n[sample]\nmethod = \"" +
+        method + "\"\nruns = 5\nseed = " + std::to_string(seed) + "\n");
   };
   for (const char* method : {"random", "latin_hypercube", "sobol"}) {
     EXPECT_EQ(sampled(method, 1), sampled(method, 1)) << method;
@@ -176,9 +178,9 @@ TEST_F(SweepPlanTest, KeepsRunsBesideARefusedOne) {
 )");
   ASSERT_EQ(planned.runs.size(), 2U);
   EXPECT_EQ(planned.runs[0].refusal, "");
-  EXPECT_EQ(planned.runs[1].refusal,
-            folder_.path("sweep.toml") +
-                ":3:46: \"material\" is \"silk\"\n  expected one of \"cotton\"");
+  EXPECT_EQ(
+      planned.runs[1].refusal,
+      folder_.path("sweep.toml") + ":3:46: \"material\" is \"silk\"\n  expected one of \"cotton\"");
   EXPECT_NE(planned.runs[1].hash, planned.runs[0].hash);
 }
 

@@ -14,10 +14,16 @@ namespace {
 // The first ten points of the sequence in three dimensions, as S. Joe and F. Y. Kuo publish them
 // with their direction numbers (https://web.maths.unsw.edu.au/~fkuo/sobol/, "sobol.cc").
 TEST(SweepSamples, SobolPointsAreThePublishedOnes) {
-  const std::vector<UnitPoint> published{
-      {0, 0, 0},           {0.5, 0.5, 0.5},       {0.75, 0.25, 0.25},      {0.25, 0.75, 0.75},
-      {0.375, 0.375, 0.625}, {0.875, 0.875, 0.125}, {0.625, 0.125, 0.875}, {0.125, 0.625, 0.375},
-      {0.1875, 0.3125, 0.9375}, {0.6875, 0.8125, 0.4375}};
+  const std::vector<UnitPoint> published{{0, 0, 0},
+                                         {0.5, 0.5, 0.5},
+                                         {0.75, 0.25, 0.25},
+                                         {0.25, 0.75, 0.75},
+                                         {0.375, 0.375, 0.625},
+                                         {0.875, 0.875, 0.125},
+                                         {0.625, 0.125, 0.875},
+                                         {0.125, 0.625, 0.375},
+                                         {0.1875, 0.3125, 0.9375},
+                                         {0.6875, 0.8125, 0.4375}};
   EXPECT_EQ(sobol_points(10, 3, 0), published);
 }
 
