@@ -154,6 +154,14 @@ struct SkippingOptions {
 std::vector<std::string> skipping_pair_names();
 int run_skipping(const SkippingOptions& options);
 
+// Cost of planning, listing and looking at a sweep, whose runs take no time. Returns 1 if a result
+// is lost.
+struct SweepsOptions {
+  int runs = 10'000;
+  bool json = false;
+};
+int run_sweeps(const SweepsOptions& options);
+
 // Shells and cloth against closed forms and published figures, on cases/benchmarks/, and against
 // CalculiX where it is installed. Returns 1 if a row is beyond its limit.
 struct ShellsOptions {

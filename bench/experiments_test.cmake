@@ -302,3 +302,10 @@ math(EXPR green_expected "${finished} + 1")  # with a legend
 if(NOT csv_count EQUAL lines_expected OR NOT green_count EQUAL green_expected)
   message(FATAL_ERROR "stability: ${count} rows, ${csv_count} lines, ${green_count} green cells")
 endif()
+
+# Plans, results and states of a small sweep; weft-bench would have failed if a result were lost.
+run(json sweeps --json --runs 20)
+string(JSON count LENGTH "${json}" rows)
+if(NOT count EQUAL 7)
+  message(FATAL_ERROR "sweeps: ${count} rows, not 7:\n${json}")
+endif()

@@ -30,6 +30,7 @@ struct Arguments {
   CalibrateOptions calibrate;
   SkippingOptions skipping;
   ShellsOptions shells;
+  SweepsOptions sweeps;
 };
 
 CLI::Option* add_numbers(CLI::App& sub, const char* name, std::vector<int>& numbers, int least,
@@ -267,6 +268,13 @@ void add_shells(CLI::App& sub, Arguments& arguments) {
   sub.add_option("--plots", options.plots, "Folder of charts of errors (SVG)");
 }
 
+void add_sweeps(CLI::App& sub, Arguments& arguments) {
+  sub.add_option("--runs", arguments.sweeps.runs, "Runs of the sweep")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  sub.add_flag("--json", arguments.sweeps.json, "Print JSON instead of a table");
+}
+
 #ifdef WEFT_BENCH_GPU
 void add_gpu(CLI::App& sub, Arguments& arguments) {
   GpuOptions& options = arguments.gpu;
@@ -338,6 +346,8 @@ constexpr std::array experiments{
                [](const Arguments& a) { return run_shells(a.shells); }},
     Experiment{"skipping", "Cost of features that a scene does not need", add_skipping,
                [](const Arguments& a) { return run_skipping(a.skipping); }},
+    Experiment{"sweeps", "Cost of planning, listing and looking at many runs", add_sweeps,
+               [](const Arguments& a) { return run_sweeps(a.sweeps); }},
 };
 
 // Returns the fault of the arguments, with the nearest name to an unknown experiment.

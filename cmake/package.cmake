@@ -16,7 +16,7 @@ endif()
 if(WEFT_SIM)
   set(weft_sim_rooms ${weft_rooms})
   list(APPEND weft_rooms sim)
-  set(weft_sim_packages "tomlplusplus 3.3")
+  set(weft_sim_packages "tomlplusplus 3.3" "muparser 2.3")
 endif()
 
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/weftConfig.cmake.in

@@ -108,6 +108,24 @@ void ErrorMonitor::measure(double time) {
   }
 }
 
+void ErrorMonitor::transfer(StateArchive& archive, std::string& simulation) {
+  archive(simulation, distances_, motion_, times_, all_distances_, failure_);
+}
+
+std::string ErrorMonitor::checkpoint() {
+  StateArchive archive;
+  std::string simulation = simulation_.checkpoint();
+  transfer(archive, simulation);
+  return archive.bytes();
+}
+
+void ErrorMonitor::restore(std::string_view bytes) {
+  StateArchive archive(bytes);
+  std::string simulation;
+  transfer(archive, simulation);
+  simulation_.restore(simulation);
+}
+
 ErrorEstimate ErrorMonitor::estimate() const {
   ErrorEstimate result;
   result.failure = failure_;

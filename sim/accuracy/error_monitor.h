@@ -7,9 +7,11 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/accuracy/error_estimate.h"
+#include "sim/base/state_archive.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation/simulation.h"
 
@@ -51,7 +53,13 @@ class ErrorMonitor {
   std::span<const double> compare(double time, std::span<const double> y);
   ErrorEstimate estimate() const;
 
+  // checkpoint() returns the monitor as bytes, and restore() continues from them, as those of
+  // Simulation do. restore() throws std::invalid_argument for other bytes.
+  std::string checkpoint();
+  void restore(std::string_view bytes);
+
  private:
+  void transfer(StateArchive& archive, std::string& simulation);
   bool advance(double time);
   void measure(double time);
 

@@ -3,6 +3,7 @@
 // these descriptions.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,25 @@ struct SourceLocation {
   std::string file;
   int line = 0;
   int column = 0;
+};
+
+// The text of a string in a case or sweep file, with the places of its bytes for messages
+// (sim/case/located_text.h).
+struct LocatedText {
+  struct Place {
+    int line = 0, column = 0;
+  };
+  std::string text;
+  SourceLocation location;  // place of the string: of its opening quote, or of an override
+  // Places of all bytes of the text, and of its end. Empty if only `location` is known.
+  std::vector<Place> places = {};
+
+  // Returns the place of a byte, or `location` if the places of bytes are unknown. Precondition:
+  // byte <= text.size().
+  SourceLocation at(std::size_t byte) const {
+    if (places.empty()) return location;
+    return {location.file, places[byte].line, places[byte].column};
+  }
 };
 
 // The time integration methods. time_methods.cpp lists their properties.
@@ -330,6 +350,16 @@ struct SeamCase {
   SourceLocation location;
 };
 
+struct StartStates;
+
+// The state of another run in which the bodies start ([restart]).
+struct RestartCase {
+  std::string path;  // trajectory, relative to the case file
+  double time = 0;   // s; time of a frame of the trajectory, or of its checkpoint
+  std::shared_ptr<const StartStates> states;  // null until read_restart() (sim/run/restart.h)
+  SourceLocation location;
+};
+
 // A file with materials and obstacles that belong to the case.
 struct IncludeCase {
   std::string path;  // TOML file, relative to the file that includes it
@@ -357,6 +387,15 @@ struct OutputCase {
   Precision precision = Precision::float32;     // number format of positions
   Compression compression = Compression::none;  // compression of positions and fields
   double compression_error = 1e-6;  // m; largest change of a coordinate by bounded compression
+  // s; simulated time between two checkpoints. Default: CheckpointSchedule counts steps.
+  std::optional<double> checkpoint_every;
+};
+
+// A named number that a run reports at its end, as an expression over what it records
+// (sim/probes/probe.h).
+struct OutputExpression {
+  std::string name;
+  LocatedText text;
 };
 
 enum class ComputeBackend { automatic, gpu, osmesa, cpu };
@@ -376,14 +415,16 @@ struct Case {
   ContactCase contact;
   OutputCase output;
   ComputeCase compute;
+  std::optional<RestartCase> restart;  // [restart]; default: bodies start as their tables say
   // [[include]]. The reader merges these files into the case, so the list of a read case is empty.
   std::vector<IncludeCase> include;
-  std::vector<MaterialCase> material;  // [material.NAME]
-  std::vector<BodyCase> body;          // [[body]]
-  std::vector<ObstacleCase> obstacle;  // [[obstacle]]
-  std::vector<TieCase> tie;            // [[tie]]
-  std::vector<LoadCase> load;          // [[load]]
-  std::vector<SeamCase> seam;          // [[seam]]
+  std::vector<MaterialCase> material;     // [material.NAME]
+  std::vector<BodyCase> body;             // [[body]]
+  std::vector<ObstacleCase> obstacle;     // [[obstacle]]
+  std::vector<TieCase> tie;               // [[tie]]
+  std::vector<LoadCase> load;             // [[load]]
+  std::vector<SeamCase> seam;             // [[seam]]
+  std::vector<OutputExpression> outputs;  // [outputs], in the order of the file
 
   std::string path;  // path of the case file; base of relative paths
   // The case as TOML, with all overrides and with the defaults of all keys that apply

@@ -92,6 +92,8 @@ struct FieldSchema {
     if (field.names.empty()) return entries({{"type", "string"}, {"pattern", identifier_pattern}});
     return entries({{"enum", field.names}});
   }
+  Json operator()(const std::vector<TomlValue>*) const { return entries(Json::object()); }
+  Json operator()(const std::vector<KeyedValue>*) const { return {{"type", "object"}}; }
   // Returns the schema of a value that may vary in time: a constant, a curve or, if the field takes
   // one, a gust. Its default is a constant.
   template <class Value>
@@ -116,8 +118,15 @@ struct FieldSchema {
   Json operator()(const TableList& list) const {
     Json entry = table_schema(list.append());
     if (!list.named) return array_schema(std::move(entry), 1, 0);
+    if (list.named_by_case_keys)
+      return {{"type", "object"}, {"additionalProperties", std::move(entry)}};
     return {{"type", "object"},
             {"additionalProperties", std::move(entry)},
+            {"propertyNames", {{"pattern", identifier_pattern}}}};
+  }
+  Json operator()(const std::vector<OutputExpression>*) const {
+    return {{"type", "object"},
+            {"additionalProperties", {{"type", "string"}}},
             {"propertyNames", {{"pattern", identifier_pattern}}}};
   }
 
@@ -218,9 +227,16 @@ struct Section {
     write_page(member.open(), path, page);
   }
   void operator()(const TableList& list) const {
-    const std::string inner = list.named ? path + ".NAME" : path;
+    const char* name = list.named_by_case_keys ? ".\"KEY\"" : ".NAME";
+    const std::string inner = list.named ? path + name : path;
     begin(list.named ? '[' + inner + ']' : "[[" + inner + "]]");
     write_page(list.append(), inner, page);
+  }
+  void operator()(const std::vector<OutputExpression>*) const {
+    begin('[' + path + ']');
+    page +=
+        "\n| key | value | default | meaning |\n| --- | --- | --- | --- |\n"
+        "| any name | an expression in quotes | none | A number of the run. |\n";
   }
   template <class Value>
   void operator()(const Value*) const {}
@@ -235,7 +251,8 @@ struct Section {
 
 bool is_table(const Field& field) {
   return std::holds_alternative<TableMember>(field.member) ||
-         std::holds_alternative<TableList>(field.member);
+         std::holds_alternative<TableList>(field.member) ||
+         std::holds_alternative<std::vector<OutputExpression>*>(field.member);
 }
 
 void write_page(const Table& table, const std::string& path, std::string& page) {
@@ -269,14 +286,25 @@ void write_forms(std::string& page) {
 
 }  // namespace
 
+std::string json_schema(const Table& table, const std::string& title,
+                        const std::string& description) {
+  Json schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+              {"title", title},
+              {"description", description}};
+  schema.update(table_schema(table));
+  return schema.dump(2) + '\n';
+}
+
+std::string reference_sections(const Table& table) {
+  std::string page;
+  write_page(table, "", page);
+  return page;
+}
+
 std::string case_json_schema() {
   Case prototype;
-  const Json body = table_schema(describe(prototype));
-  Json schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-              {"title", "Weft case"},
-              {"description", "A case file of Weft. Units are SI; angles say degrees in the key."}};
-  schema.update(body);
-  return schema.dump(2) + '\n';
+  return json_schema(describe(prototype), "Weft case",
+                     "A case file of Weft. Units are SI; angles say degrees in the key.");
 }
 
 std::string case_reference_markdown() {

@@ -141,6 +141,10 @@ struct ExpectedText {
     return "an array of " + count_text(field, "name") +
            (field.names.empty() ? "" : " out of " + quoted_list(field.names));
   }
+  std::string operator()(const std::vector<TomlValue>*) const { return "an array of values"; }
+  std::string operator()(const std::vector<KeyedValue>*) const {
+    return "a table of case keys in quotes";
+  }
   std::string operator()(const Varying<double>*) const {
     return (*this)(static_cast<const double*>(nullptr)) + " or a curve";
   }
@@ -154,6 +158,9 @@ struct ExpectedText {
   std::string operator()(const TableMember&) const { return "a table"; }
   std::string operator()(const TableList& list) const {
     return list.named ? "tables by name" : "an array of tables";
+  }
+  std::string operator()(const std::vector<OutputExpression>*) const {
+    return "expressions by name";
   }
 };
 

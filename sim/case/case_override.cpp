@@ -1,4 +1,5 @@
-// Applies one `--set KEY=VALUE` to the TOML tree, guided by the schema.
+#include "sim/case/case_override.h"
+
 #include <algorithm>
 #include <charconv>
 #include <string_view>
@@ -15,48 +16,50 @@ namespace {
 
 class Override {
  public:
-  Override(toml::table& root, const std::string& text) : table_(&root), source_("--set " + text) {
-    const std::size_t equals = text.find('=');
-    if (equals == std::string::npos) fail("no \"=\"", "expected KEY=VALUE");
-    for (std::size_t begin = 0; begin <= equals;) {
-      const std::size_t end = std::min(text.find('.', begin), equals);
-      keys_.push_back(text.substr(begin, end - begin));
+  Override(toml::table& root, const CaseOverride& source) : table_(&root), source_(source) {
+    const std::string& path = source.key;
+    for (std::size_t begin = 0; begin <= path.size();) {
+      const std::size_t end = std::min(path.find('.', begin), path.size());
+      keys_.push_back(path.substr(begin, end - begin));
       begin = end + 1;
     }
-    value_ = text.substr(equals + 1);
-    if (find_deep_key(value_) != std::string::npos) {
+    if (find_deep_key(source.value) != std::string::npos) {
       fail("a key of too many parts in the value", "expected at most a few");
     }
     schema_ = describe(prototype_);
   }
 
-  void apply() {
+  // Returns true if the key takes whole numbers only.
+  bool apply() {
     while (!done_) step();
+    return is_whole_;
   }
 
  private:
   [[noreturn]] void fail(const std::string& message, const std::string& hint) const {
-    throw CaseError({source_}, message, hint);
+    throw CaseError(source_.key_place, message, hint);
   }
   const std::string& key() const { return keys_[position_]; }
   bool at_last_key() const { return position_ + 1 == keys_.size(); }
 
-  // Parses a TOML document. The override becomes the source file of its values.
+  // Parses a TOML document. The place of the override's value becomes that of its values.
   toml::table parsed(const std::string& text) const {
-    return toml::parse(std::string_view(text), std::string_view(source_));
+    return toml::parse(std::string_view(text), path_for_place(source_.value_place));
   }
   // Parses the override's value into a document with the key "value". Text that is not a TOML value
-  // becomes a string. With `wants_string`, a TOML value of another type becomes a string, too.
+  // becomes a string. With `wants_string`, a TOML value of another type becomes a string, too,
+  // unless the override is strict.
   toml::table value(bool wants_string) const {
     try {
-      toml::table document = parsed("value = " + value_);
-      const bool usable = document.size() == 1 && (!wants_string || document["value"].is_string());
+      toml::table document = parsed("value = " + source_.value);
+      const bool usable = document.size() == 1 &&
+                          (!wants_string || source_.strict || document["value"].is_string());
       if (usable) return document;
     } catch (const toml::parse_error&) {
       // The text becomes a string below. The reader checks later whether the key allows a string.
     }
     try {
-      return parsed("value = " + toml_string(value_));
+      return parsed("value = " + toml_string(source_.value));
     } catch (const toml::parse_error&) {
       fail("the value of " + in_quotes(key()) + " is not UTF-8", "expected text in UTF-8");
     }
@@ -64,6 +67,7 @@ class Override {
 
   void set(toml::table& table, const std::string& name, toml::table document) const {
     toml::source_region region = document.source();
+    region.path = std::make_shared<const std::string>(path_for_place(source_.key_place));
     table.insert_or_assign(toml::key(name, std::move(region)), std::move(*document.get("value")));
   }
 
@@ -103,6 +107,8 @@ class Override {
     if (at_last_key()) {
       const bool wants_string = std::holds_alternative<std::string*>(field->member) ||
                                 std::holds_alternative<Choice>(field->member);
+      is_whole_ = std::holds_alternative<int*>(field->member) ||
+                  std::holds_alternative<std::optional<int>*>(field->member);
       set(*table_, key(), value(wants_string));
       done_ = true;
     } else if (const auto* member = std::get_if<TableMember>(&field->member)) {
@@ -119,6 +125,8 @@ class Override {
         enter_entry(child_array());
       }
       schema_ = std::move(inner);
+    } else if (std::holds_alternative<std::vector<OutputExpression>*>(field->member)) {
+      set_output();
     } else if (is_varying(*field) && !is_index(keys_[position_ + 1])) {
       Table inner = varying_table(*field);
       table_ = &child_table();
@@ -128,6 +136,16 @@ class Override {
     } else {
       set_entry(*field);
     }
+  }
+
+  // Sets an expression in a table of expressions. The next key, the last one, is its name.
+  void set_output() {
+    toml::table& outputs = child_table();
+    ++position_;
+    if (!at_last_key())
+      fail(in_quotes(key()) + " has no keys of its own", "expected an expression");
+    set(outputs, key(), value(true));
+    done_ = true;
   }
 
   static bool is_index(const std::string& key) {
@@ -225,6 +243,7 @@ class Override {
     }
     if (!at_last_key()) no_entry(field, *list);
     const bool wants_string = std::holds_alternative<std::vector<std::string>*>(field.member);
+    is_whole_ = std::holds_alternative<std::vector<int>*>(field.member);
     toml::table document = value(wants_string);
     list->replace(list->cbegin() + static_cast<std::ptrdiff_t>(index),
                   std::move(*document.get("value")));
@@ -259,16 +278,25 @@ class Override {
   CurveCase<double> number_curve_;
   CurveCase<Vec3> vector_curve_;
   GustCase gust_;
-  std::string source_;
+  const CaseOverride& source_;
   std::vector<std::string> keys_;
-  std::string value_;
   std::size_t position_ = 0;
   std::string path_;  // path of the current table, for messages
   bool done_ = false;
+  bool is_whole_ = false;
 };
 
 }  // namespace
 
-void apply_override(toml::table& root, const std::string& text) { Override(root, text).apply(); }
+CaseOverride override_of_option(const std::string& text) {
+  const SourceLocation place{"--set " + text};
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos) throw CaseError(place, "no \"=\"", "expected KEY=VALUE");
+  return {text.substr(0, equals), text.substr(equals + 1), false, place, place};
+}
+
+bool apply_override(toml::table& root, const CaseOverride& source) {
+  return Override(root, source).apply();
+}
 
 }  // namespace weft::sim

@@ -3,11 +3,13 @@
 #include "sim/case/case_checks.h"
 #include "sim/case/case_include.h"
 #include "sim/case/case_locations.h"
+#include "sim/case/case_override.h"
 #include "sim/case/case_schema.h"
 #include "sim/case/case_table_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/case/case_tree.h"
 #include "sim/case/case_writer.h"
+#include "sim/case/located_text.h"
 #include "sim/case/material_presets.h"
 
 namespace weft::sim {
@@ -35,35 +37,66 @@ void choose_materials(Case& target, const Locations& locations) {
   }
 }
 
-bool changes_includes(const std::string& override_text) {
-  return override_text.starts_with("include.") || override_text.starts_with("include=");
+bool changes_includes(const std::string& key) {
+  return key.starts_with("include.") || key == "include";
+}
+
+// A tree with its overrides, and whether the key of the last one takes whole numbers only.
+struct OverriddenTree {
+  toml::table root;
+  bool last_is_whole = false;
+};
+
+OverriddenTree tree_with_overrides(const std::string& text, const std::string& path,
+                                   std::span<const CaseOverride> overrides) {
+  OverriddenTree tree{parse_toml(text, path)};
+  const auto apply_those = [&](const auto& condition) {
+    for (const CaseOverride& each : overrides) {
+      if (!condition(each.key)) continue;
+      const bool is_whole = apply_override(tree.root, each);
+      if (&each == &overrides.back()) tree.last_is_whole = is_whole;
+    }
+  };
+  // Overrides of `include` choose the included files, so they precede the merge.
+  apply_those(changes_includes);
+  merge_includes(tree.root, path);
+  // Overrides that choose presets come next. The other overrides may then change values of a
+  // preset.
+  apply_those(changes_presets);
+  add_presets(tree.root);
+  apply_those(
+      [](const std::string& key) { return !changes_includes(key) && !changes_presets(key); });
+  remove_overridden_presets(tree.root);
+  return tree;
 }
 
 }  // namespace
 
+bool check_last_override(const std::string& text, const std::string& path,
+                         std::span<const CaseOverride> overrides) {
+  const OverriddenTree tree = tree_with_overrides(text, path, overrides);
+  Case result;
+  Locations locations(path);
+  read_table(tree.root, describe(result), "", locations);
+  return tree.last_is_whole;
+}
+
 Case parse_case(const std::string& text, const std::string& path,
                 const std::vector<std::string>& overrides) {
-  toml::table root = parse_toml(text, path);
-  // Overrides of `include` choose the included files, so they precede the merge.
-  for (const std::string& each : overrides) {
-    if (changes_includes(each)) apply_override(root, each);
-  }
-  merge_includes(root, path);
-  // Overrides that choose presets come next. The other overrides may then change values of a
-  // preset.
-  for (const std::string& each : overrides) {
-    if (changes_presets(each)) apply_override(root, each);
-  }
-  add_presets(root);
-  for (const std::string& each : overrides) {
-    if (!changes_includes(each) && !changes_presets(each)) apply_override(root, each);
-  }
-  remove_overridden_presets(root);
+  std::vector<CaseOverride> placed;
+  for (const std::string& each : overrides) placed.push_back(override_of_option(each));
+  return parse_case(text, path, std::span<const CaseOverride>(placed));
+}
 
+Case parse_case(const std::string& text, const std::string& path,
+                std::span<const CaseOverride> overrides) {
+  const toml::table root = tree_with_overrides(text, path, overrides).root;
   Case result;
   result.path = path;
   Locations locations(path);
   read_table(root, describe(result), "", locations);
+  for (OutputExpression& output : result.outputs)
+    output.text = located_text(output.text.text, output.text.location, text);
   choose_materials(result, locations);
   result.method_given = locations.given("time.method");
   result.method_location = locations.value("time.method");

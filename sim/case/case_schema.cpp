@@ -125,7 +125,7 @@ Table describe(ContactCase& target) {
 
 Table describe(OutputCase& target) {
   auto& [velocity, step_energies, channels, frame_times, bodies, part, precision, compression,
-         compression_error] = target;
+         compression_error, checkpoint_every] = target;
   return {{
       field("velocity", &velocity, "Record velocities, as the channel \"velocity\" does."),
       field("step_energies", &step_energies,
@@ -155,6 +155,10 @@ Table describe(OutputCase& target) {
       field("compression_error", &compression_error, "m", positive,
             "Largest change of a coordinate by compression.")
           .only_for("compression", {"bounded"}),
+      field("checkpoint_every", &checkpoint_every, "s", positive,
+            "Simulated time between two checkpoints, from which weft run --resume goes on. cvode "
+            "restarts at each: seldom enough costs less than 2 %.")
+          .with_default("500 steps; 5000 of verlet, 10 of static"),
   }};
 }
 
@@ -202,6 +206,18 @@ Table describe(ComputeCase& target) {
             "needs more is refused before any memory is taken.")
           .with_default("nine tenths of the machine's"),
   }};
+}
+
+Table describe(RestartCase& target) {
+  auto& [path, time, states, location] = target;
+  Table result{{
+      field("path", &path, "Trajectory of that run, relative to the case file.").needed(),
+      field("time", &time, "s", not_negative,
+            "Time of a frame with velocities, or of the last checkpoint.")
+          .needed(),
+  }};
+  result.location = &location;
+  return result;
 }
 
 Table describe(IncludeCase& target) {
@@ -498,8 +514,8 @@ Table describe(ObstacleCase& target) {
 }
 
 Table describe(Case& target) {
-  auto& [title, time, equilibria, world, contact, output, compute, include, material, body,
-         obstacle, tie, load, seam, path, resolved, method_given, method_location,
+  auto& [title, time, equilibria, world, contact, output, compute, restart, include, material, body,
+         obstacle, tie, load, seam, outputs, path, resolved, method_given, method_location,
          accuracy_location, choice] = target;
   return {{
       field("title", &title, "Short description of the case."),
@@ -512,6 +528,10 @@ Table describe(Case& target) {
       field("contact", table(&contact), "Contact between surfaces."),
       field("output", table(&output), "Quantities that are recorded beside the positions."),
       field("compute", table(&compute), "Resources of the run."),
+      field("restart", table(&restart),
+            "State of another run in which the bodies start, by their names. It replaces their "
+            "start, stretch, position, rotation and velocities; images of other resolutions are "
+            "resampled."),
       field("include", tables(&include),
             "Files that hold [material.NAME], [[obstacle]] and further [[include]] of the case; "
             "docs/guide.md says how they join."),
@@ -524,6 +544,9 @@ Table describe(Case& target) {
             "Springs between vertices of a body and another body or an obstacle."),
       field("load", tables(&load), "Forces that act on bodies from outside."),
       field("seam", tables(&seam), "Borders of bodies that are sewn together."),
+      field("outputs", &outputs,
+            "Numbers that the run reports at its end: expressions over what it records, such as "
+            "\"max(largest_stretch)\", by name. docs/guide.md lists what they may use."),
   }};
 }
 

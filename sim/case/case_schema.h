@@ -29,6 +29,18 @@ struct Limits {
 
 struct Table;
 
+// A value whose type is not known when it is read: it belongs to a case key that the file names.
+struct TomlValue {
+  std::string text;  // the value as TOML, on one line
+  bool is_string = false;
+  SourceLocation where;
+};
+struct KeyedValue {
+  std::string key;  // path of a case key, with dots
+  SourceLocation key_place;
+  TomlValue value;
+};
+
 // A member that holds a value of an enum, which case files write by name. get() and set() use the
 // index of the name in `names`.
 struct Choice {
@@ -47,16 +59,20 @@ struct TableMember {
 // default values and returns its description. It invalidates the descriptions of earlier entries.
 struct TableList {
   bool named = false;
+  bool named_by_case_keys = false;  // if true, a NAME is a case key in quotes, not an identifier
   std::function<std::size_t()> size;
   std::function<Table(std::size_t)> at;
   std::function<Table()> append;
 };
 
-// The member that a field describes. An absent std::optional<int> is written "auto".
-using Member = std::variant<bool*, int*, std::optional<int>*, double*, std::optional<double>*,
-                            std::string*, Vec3*, std::optional<Vec3>*, std::vector<int>*,
-                            std::vector<double>*, std::vector<Vec3>*, std::vector<std::string>*,
-                            Varying<double>*, Varying<Vec3>*, Choice, TableMember, TableList>;
+// The member that a field describes. An absent std::optional<int> is written "auto". KeyedValues
+// are a table of case keys in quotes, in the order of the text.
+using Member =
+    std::variant<bool*, int*, std::optional<int>*, double*, std::optional<double>*, std::string*,
+                 Vec3*, std::optional<Vec3>*, std::vector<int>*, std::vector<double>*,
+                 std::vector<Vec3>*, std::vector<std::string>*, std::vector<TomlValue>*,
+                 std::vector<KeyedValue>*, Varying<double>*, Varying<Vec3>*, Choice, TableMember,
+                 TableList, std::vector<OutputExpression>*>;
 
 struct Field {
   std::string key;
@@ -108,6 +124,7 @@ Table describe(ContactCase& target);
 Table describe(OutputPartCase& target);
 Table describe(OutputCase& target);
 Table describe(ComputeCase& target);
+Table describe(RestartCase& target);
 Table describe(IncludeCase& target);
 Table describe(StretchCurveCase& target);
 Table describe(OrthotropicMembraneCase& target);
@@ -148,6 +165,12 @@ bool applies(const Field& field, const Table& table);
 // of the switch_values. It is the field itself, its switch, the switch of its switch, or a
 // switch further up. Precondition: the field does not apply.
 const Field& ruled_out_by(const Field& field, const Table& table);
+
+// Returns the JSON schema (draft 2020-12) of a file with this table at its root.
+std::string json_schema(const Table& table, const std::string& title,
+                        const std::string& description);
+// Returns the sections of a reference page, in Markdown: one table of keys per table of the file.
+std::string reference_sections(const Table& table);
 
 // Returns the values that a field allows, in words: `a number > 0 (s)`, `an array of 3 numbers
 // (m)`, `one of "a", "b"`.

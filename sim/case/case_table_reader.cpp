@@ -1,6 +1,8 @@
 #include "sim/case/case_table_reader.h"
 
+#include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
@@ -15,7 +17,10 @@ std::string wanted(const Field& field, const std::string& path) {
   if (const auto* list = std::get_if<TableList>(&field.member)) {
     return "tables " + heading(list->named ? join_path(path, "NAME") : join_path(path, 0));
   }
-  if (std::holds_alternative<TableMember>(field.member)) return "a table, " + heading(path);
+  if (std::holds_alternative<TableMember>(field.member) ||
+      std::holds_alternative<std::vector<OutputExpression>*>(field.member)) {
+    return "a table, " + heading(path);
+  }
   return expected_text(field);
 }
 
@@ -111,6 +116,22 @@ class ValueReader {
       }
     }
   }
+  void operator()(std::vector<TomlValue>* target) const {
+    const toml::array& source = array(field_.minimum_entries, field_.maximum_entries);
+    for (const toml::node& each : source) target->push_back(toml_value(each));
+  }
+  void operator()(std::vector<KeyedValue>* target) const {
+    const auto* source = node_.as_table();
+    if (source == nullptr) fail_kind();
+    for (auto&& [key, node] : *source) {
+      refuse_unquoted_key(key, node, "VALUE");
+      target->push_back({std::string(key.str()), location_of(key.source()), toml_value(node)});
+    }
+    const auto place = [](const KeyedValue& each) {
+      return std::pair(each.key_place.line, each.key_place.column);
+    };
+    std::ranges::sort(*target, {}, place);
+  }
   template <class Value>
   void operator()(Varying<Value>* target) const {
     if (const auto* source = node_.as_table()) {
@@ -136,6 +157,26 @@ class ValueReader {
       array_of_tables(target);
     }
   }
+  void operator()(std::vector<OutputExpression>* target) const {
+    const auto* source = node_.as_table();
+    if (source == nullptr) fail_kind();
+    for (auto&& [key, node] : *source) {
+      const std::string name(key.str());
+      require_identifier(name, location_of(key.source()));
+      const auto* text = node.as_string();
+      if (text == nullptr) {
+        throw CaseError(location_of(node.source()),
+                        in_quotes(join_path(field_.key, name)) + " is " + kind_of(node),
+                        "expected an expression in quotes, such as \"max(largest_stretch)\"");
+      }
+      target->push_back({name, {text->get(), location_of(node.source())}});
+    }
+    // toml++ sorts keys by name. Overrides, which have no line, come last.
+    std::ranges::stable_sort(*target, {}, [](const OutputExpression& output) {
+      const SourceLocation& at = output.text.location;
+      return std::pair(at.line == 0 ? std::numeric_limits<int>::max() : at.line, at.column);
+    });
+  }
 
  private:
   [[noreturn]] void fail(const toml::node& at, const std::string& message) const {
@@ -147,6 +188,22 @@ class ValueReader {
   }
   [[noreturn]] void fail_value(const toml::node& at, const std::string& value) const {
     fail(at, in_quotes(field_.key) + " is " + value);
+  }
+
+  static TomlValue toml_value(const toml::node& node) {
+    return {toml_text(node), node.is_string(), location_of(node.source())};
+  }
+
+  // Throws CaseError if the table `node` comes from a case key whose dots are not in quotes, which
+  // TOML takes for tables in each other. `value` stands for a value in the hint.
+  static void refuse_unquoted_key(const toml::key& key, const toml::node& node,
+                                  const std::string& value) {
+    const toml::table* table = node.as_table();
+    if (table == nullptr || table->is_inline() || table->empty()) return;
+    const std::string whole =
+        std::string(key.str()) + '.' + std::string(table->begin()->first.str());
+    throw CaseError(location_of(key.source()), in_quotes(std::string(key.str())) + " is a table",
+                    "expected a case key in quotes: " + in_quotes(whole) + " = " + value);
   }
 
   // Reads a table that replaces a constant: a curve or a gust, depending on its keys.
@@ -273,15 +330,22 @@ class ValueReader {
     return *source;
   }
 
+  static void require_identifier(const std::string& name, const SourceLocation& where) {
+    if (is_identifier(name)) return;
+    throw CaseError(where, in_quotes(name) + " is not a name",
+                    "expected a name of letters, digits, _ and -");
+  }
+
   void named_tables(const TableList& target) const {
     const auto* source = node_.as_table();
     if (source == nullptr) fail_kind();
     for (auto&& [key, node] : *source) {
       const std::string name(key.str());
       const SourceLocation key_location = location_of(key.source());
-      if (!is_identifier(name)) {
-        throw CaseError(key_location, in_quotes(name) + " is not a name",
-                        "expected a name of letters, digits, _ and -");
+      if (target.named_by_case_keys) {
+        refuse_tables_inside(key, node);
+      } else {
+        require_identifier(name, key_location);
       }
       if (!node.is_table()) fail_kind(node, in_quotes(join_path(field_.key, name)));
       const std::string path = join_path(path_, name);
@@ -298,6 +362,16 @@ class ValueReader {
       if (!source[i].is_table()) fail_kind(source[i], entry(i));
       read_table(*source[i].as_table(), target.append(), join_path(path_, i), locations_);
     }
+  }
+
+  // Throws CaseError if the table of a case key has tables inside, because the dots of the key are
+  // not in quotes.
+  static void refuse_tables_inside(const toml::key& key, const toml::node& node) {
+    const toml::table* table = node.as_table();
+    if (table == nullptr) return;
+    const auto is_table = [](const auto& entry) { return entry.second.is_table(); };
+    if (std::any_of(table->begin(), table->end(), is_table))
+      refuse_unquoted_key(key, node, "{ list = [...] }");
   }
 
   const Field& field_;

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string_view>
 
 #include "sim/case/case_error.h"
+#include "sim/case/case_writer.h"
 
 namespace weft::sim {
 
@@ -16,6 +19,7 @@ namespace {
 
 constexpr std::string_view override_prefix = "--set ";
 constexpr std::string_view preset_prefix = "preset \"";
+constexpr char place_mark = '\x1e';  // begins a path of path_for_place()
 constexpr int most_key_parts = 1000;
 // Largest size of a case file (bytes). A file of this size can hold a hundred thousand keyframes,
 // and toml++ parses it in about two seconds.
@@ -78,14 +82,56 @@ const toml::key* first_key_beside(const std::vector<std::string>& allowed,
   return first;
 }
 
+std::string path_for_place(const SourceLocation& place) {
+  if (place.line == 0) return place.file;
+  return place_mark + std::to_string(place.line) + ':' + std::to_string(place.column) + ':' +
+         place.file;
+}
+
 SourceLocation location_of(const toml::source_region& source) {
   SourceLocation where;
   if (source.path) where.file = *source.path;
+  if (where.file.starts_with(place_mark)) {
+    const std::size_t column = where.file.find(':') + 1;
+    const std::size_t file = where.file.find(':', column) + 1;
+    return {where.file.substr(file), std::stoi(where.file.substr(1)),
+            std::stoi(where.file.substr(column))};
+  }
   if (where.file.starts_with(override_prefix) || where.file.starts_with(preset_prefix))
     return where;
   where.line = static_cast<int>(source.begin.line);
   where.column = static_cast<int>(source.begin.column);
   return where;
+}
+
+std::string toml_text(const toml::node& node) {
+  std::string text;
+  if (const auto* array = node.as_array()) {
+    for (const toml::node& entry : *array) text += (text.empty() ? "" : ", ") + toml_text(entry);
+    return '[' + text + ']';
+  }
+  if (const auto* table = node.as_table()) {
+    for (auto&& [key, value] : *table) {
+      text += (text.empty() ? "" : ", ") + toml_string(std::string(key.str())) + " = " +
+              toml_text(value);
+    }
+    return "{ " + text + " }";
+  }
+  if (const auto* string = node.as_string()) return toml_string(string->get());
+  if (const auto* number = node.as_floating_point()) {
+    const double value = number->get();
+    return std::isfinite(value) ? toml_number(value)
+           : std::isnan(value)  ? "nan"
+           : value > 0          ? "inf"
+                                : "-inf";
+  }
+  if (const auto* whole = node.as_integer()) return std::to_string(whole->get());
+  if (const auto* truth = node.as_boolean()) return truth->get() ? "true" : "false";
+  std::ostringstream stream;  // a date or time
+  node.visit([&](const auto& each) {
+    if constexpr (toml::is_value<decltype(each)>) stream << each.get();
+  });
+  return stream.str();
 }
 
 std::string kind_of(const toml::node& node) {

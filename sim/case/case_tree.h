@@ -23,15 +23,12 @@ FileText read_text(const std::string& path);
 // more than a thousand parts.
 toml::table parse_toml(const std::string& text, const std::string& path);
 
-// Applies the override `text`, which is "KEY=VALUE" (see read_case()), to the tree. The override
-// becomes the source of the values that it sets. Throws CaseError for a text without "=", for a KEY
-// at which an override can set nothing, and for a VALUE that is not UTF-8 or has a key of too many
-// parts. The error's place is "--set KEY=VALUE", line 0.
-void apply_override(toml::table& root, const std::string& text);
-
 // Returns the place of a node or key. If it comes from an override or a preset, its file is
-// `--set KEY=VALUE` or `preset "NAME"`, and its line is 0.
+// `--set KEY=VALUE` or `preset "NAME"`, and its line is 0. If the text was parsed with the path
+// path_for_place(), its place is that one.
 SourceLocation location_of(const toml::source_region& source);
+// Returns a path for toml::parse() that gives all nodes of the text one place, in another file.
+std::string path_for_place(const SourceLocation& place);
 
 // Returns the position of the first key with more than a thousand parts (a.a.a...) in TOML text, or
 // npos if there is no such key. Text in a string or a comment may count as a key, too. toml++ makes
@@ -42,6 +39,9 @@ std::size_t find_deep_key(const std::string& text);
 // null if there is none.
 const toml::key* first_key_beside(const std::vector<std::string>& allowed,
                                   const toml::table& table);
+
+// Returns a value as TOML on one line.
+std::string toml_text(const toml::node& node);
 
 // Returns the TOML type of a value, in words for messages: "a string", "a table", "a boolean".
 std::string kind_of(const toml::node& node);

@@ -64,6 +64,17 @@ struct ValueText {
   std::string operator()(const std::vector<Vec3>* value) const {
     return value->empty() ? "" : toml_array(*value, vector_text);
   }
+  std::string operator()(const std::vector<TomlValue>* value) const {
+    return value->empty() ? ""
+                          : toml_array(*value, [](const TomlValue& each) { return each.text; });
+  }
+  std::string operator()(const std::vector<KeyedValue>* value) const {
+    std::string text;
+    for (const KeyedValue& each : *value) {
+      text += (text.empty() ? "{ " : ", ") + toml_string(each.key) + " = " + each.value.text;
+    }
+    return text.empty() ? "" : text + " }";
+  }
   template <class Value>
   std::string operator()(const Varying<Value>* value) const {
     Varying<Value> copy = *value;  // describe_curve() needs a curve that it could change
@@ -77,11 +88,13 @@ struct ValueText {
   }
   std::string operator()(const TableMember&) const { return ""; }
   std::string operator()(const TableList&) const { return ""; }
+  std::string operator()(const std::vector<OutputExpression>*) const { return ""; }
 };
 
 bool is_table(const Field& field) {
   return std::holds_alternative<TableMember>(field.member) ||
-         std::holds_alternative<TableList>(field.member);
+         std::holds_alternative<TableList>(field.member) ||
+         std::holds_alternative<std::vector<OutputExpression>*>(field.member);
 }
 
 // True if a key that excludes this field (Field::excluded_by) has a value.
@@ -112,6 +125,12 @@ struct TableWriter {
       text += list.named ? "\n[" + name + "]\n" : "\n[[" + name + "]]\n";
       write_table(entry, name, text);
     }
+  }
+  void operator()(const std::vector<OutputExpression>* outputs) const {
+    if (outputs->empty()) return;
+    text += "\n[" + key + "]\n";
+    for (const OutputExpression& output : *outputs)
+      text += output.name + " = " + toml_string(output.text.text) + '\n';
   }
   template <class Value>
   void operator()(const Value*) const {}
@@ -161,6 +180,16 @@ std::string toml_string(const std::string& text) {
     }
   }
   return result + '"';
+}
+
+std::string motion_text(const Case& source) {
+  Case motion = source;
+  motion.compute = {};
+  motion.outputs.clear();
+  motion.time.duration = TimeCase{}.duration;
+  if (!motion.accuracy_choice.empty()) motion.time.accuracy.reset();
+  motion.accuracy_choice.clear();
+  return case_text(motion);
 }
 
 std::string case_text(const Case& source) {

@@ -15,6 +15,10 @@ namespace weft::sim {
 // exist.
 std::string case_text(const Case& source);
 
+// Returns the part of case_text() on which the motion depends: without the tables [compute] and
+// [outputs], the duration, and the words of source.accuracy_choice.
+std::string motion_text(const Case& source);
+
 // Returns the value of a field as TOML. Returns an empty text for a table, an empty list or an
 // absent value; but an absent whole number is "auto".
 std::string value_text(const Field& field);

@@ -69,7 +69,7 @@ TableMember table(std::optional<Struct>* target) {
 
 template <class Struct>
 TableList tables(std::vector<Struct>* target, bool named = false) {
-  return {named, [target] { return target->size(); },
+  return {named, false, [target] { return target->size(); },
           [target](std::size_t index) { return describe((*target)[index]); },
           [target] { return describe(target->emplace_back()); }};
 }

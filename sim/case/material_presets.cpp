@@ -186,8 +186,7 @@ std::vector<std::string> preset_names() {
   return names;
 }
 
-bool changes_presets(const std::string& override_text) {
-  const std::string key = override_text.substr(0, override_text.find('='));
+bool changes_presets(const std::string& key) {
   return key == "material" || (key.starts_with("material.") &&
                                (std::ranges::count(key, '.') == 1 || key.ends_with(".preset")));
 }

@@ -25,9 +25,9 @@ struct MaterialPreset {
 const std::vector<MaterialPreset>& material_presets();
 std::vector<std::string> preset_names();
 
-// True if the override "KEY=VALUE" sets the preset of a material, or replaces one material or all
+// True if an override of `key` sets the preset of a material, or replaces one material or all
 // materials as a whole.
-bool changes_presets(const std::string& override_text);
+bool changes_presets(const std::string& key);
 // Adds the keys of the preset to every material that names a preset. Keys that the material itself
 // has are not replaced. Throws CaseError for an unknown preset, with the hint of name_hint().
 void add_presets(toml::table& root);

@@ -112,6 +112,7 @@ std::string report_json(const RunCommand& command, const Case& source, const Run
   add_command(json, command);
   json["title"] = source.title;
   json["simulated_s"] = report.simulated_time;
+  json["resumed_at_s"] = report.resumed_at ? Json(*report.resumed_at) : Json();
   add_bill(json, report.bill);
   json["frames"] = report.frames;
   add_counts(json, report.counts);
@@ -119,6 +120,8 @@ std::string report_json(const RunCommand& command, const Case& source, const Run
   json["largest_stretch"] = report.largest_stretch;
   json["energies"] = Json::object();
   for (const auto& [name, value] : report.energies) json["energies"][name] = value;
+  json["outputs"] = Json::object();
+  for (const auto& [name, value] : report.outputs) json["outputs"][name] = value;
   if (!report.compute.empty()) json["compute"] = report.compute;
   if (!report.decision.empty()) json["integrator"] = report.decision;
   json["counters"] = counters_json(report.statistics.counters);

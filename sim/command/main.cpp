@@ -9,6 +9,7 @@
 #include <span>
 #include <string_view>
 
+#include "sim/case/case_error.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/case/material_presets.h"
@@ -18,6 +19,9 @@
 #include "sim/command/modes_command.h"
 #include "sim/command/progress_bar.h"
 #include "sim/command/run_command.h"
+#include "sim/command/sweep_arguments.h"
+#include "sim/probes/outputs.h"
+#include "sim/sweep/sweep_reader.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/view/field_values.h"
 #include "sim/view/render_trajectory.h"
@@ -34,15 +38,17 @@ constexpr const char* description =
   weft modes CASE -n 10                              natural frequencies about the equilibrium of a case
   weft buckling CASE -n 5                            load factors at which it buckles
   weft info out/drape_torus.h5 --crossings           summary; counts surfaces that pass through each other
+  weft outputs out/drape_torus.h5 'low = min(lower("cloth").z)'   numbers of a run, as expressions
   weft info --materials                              the presets of materials, their values and sources
   weft render out/drape_torus.h5 -o pictures         PNG frames, and a movie when ffmpeg is there
   weft render out/drape_torus.h5 --lod 0.5           the same with fewer triangles, exact to half a pixel
   weft render out/drape_torus.h5 --colour velocity   the same painted by a recorded field, with a legend
+  weft sweep SWEEP.toml -o DIR                       many runs of a case with other values of its keys
   weft schema                                        the case file's JSON schema (--markdown: reference page)
   weft bench --help                                  experiments on speed, some against other libraries
 
 Exit codes: 0 done, 1 numerical failure (the last good state is kept), 2 bad case or usage,
-4 input or output, 130 and 143 stopped by Ctrl-C and SIGTERM after the current step.)";
+3 some runs of a sweep failed, 4 input or output, 130 and 143 stopped by Ctrl-C and SIGTERM after the current step.)";
 
 using namespace weft::sim;
 
@@ -68,6 +74,28 @@ int show_info(const std::string& path, bool crossings, bool json) {
       show_facts(summarise_trajectory(path), json);
     }
     return exit_code::done;
+  } catch (const std::exception& error) {
+    return refuse_file(path, error, json);
+  }
+}
+
+// Prints outputs of a trajectory: those that `texts` give or, without any, those of its case.
+int show_outputs(const std::string& path, const std::vector<std::string>& texts, bool json) {
+  std::vector<OutputExpression> outputs;
+  try {
+    for (const std::string& text : texts) outputs.push_back(output_of(text));
+    const TrajectoryReader reader(path);
+    if (texts.empty()) outputs = recorded_outputs(reader, path);
+    if (outputs.empty()) {
+      throw CaseError({path}, "its case has no [outputs]",
+                      "expected NAME = EXPRESSION, such as 'stretch = max(largest_stretch)'");
+    }
+    show_facts(evaluate_outputs(outputs, reader), json);
+    return exit_code::done;
+  } catch (const CaseError& error) {
+    complain(error.what());
+    if (json) std::cout << refusal_json(exit_code::bad_case, error.what()) << '\n';
+    return exit_code::bad_case;
   } catch (const std::exception& error) {
     return refuse_file(path, error, json);
   }
@@ -120,10 +148,12 @@ struct Arguments {
   RunCommand command;
   ModesCommand modes;
   std::string trajectory;
+  std::vector<std::string> outputs;
   bool crossings = false, materials = false, json = false;
   std::string pictures = "pictures";
   RenderOptions drawing;
-  bool markdown = false;
+  SweepCommand sweep;
+  bool markdown = false, sweep_schema = false;
   int code = exit_code::done;  // exit code of the command that ran
 };
 
@@ -135,12 +165,39 @@ void add_case_arguments(CLI::App& sub, Arguments& arguments) {
       ->allow_extra_args(false);
 }
 
+// Validates an option: returns an error message, or an empty text if the text is a positive finite
+// number.
+std::string is_duration(const std::string& text) {
+  double seconds = 0;
+  if (CLI::detail::lexical_cast(text, seconds) && std::isfinite(seconds) && seconds > 0) return "";
+  return in_quotes(text) + " is not a duration: expected a positive number of seconds";
+}
+
 void add_run_and_check(CLI::App& app, Arguments& arguments) {
   CLI::App* run = app.add_subcommand("run", "Simulate a case");
   add_case_arguments(*run, arguments);
   run->add_option("-o,--output", arguments.command.directory, "Folder of the trajectory")
       ->capture_default_str();
-  run->add_flag("--force", arguments.command.force, "Overwrite an existing trajectory");
+  CLI::Option* force =
+      run->add_flag("--force", arguments.command.force, "Overwrite an existing trajectory");
+  run->add_flag("--resume", arguments.command.resume,
+                "Go on from the last checkpoint of a run of this case that was stopped or killed; "
+                "without a checkpoint, begin at t = 0")
+      ->excludes(force);
+  run->add_option("--extend", arguments.command.extend,
+                  "Go on to this duration, beyond that of the run so far")
+      ->type_name("SECONDS")
+      ->check(is_duration)
+      ->excludes(force);
+  CLI::Option* restart =
+      run->add_option("--restart-from", arguments.command.restart_from,
+                      "Start the bodies in the state of another run, at the time of --time")
+          ->type_name("TRAJECTORY");
+  CLI::Option* time = run->add_option("--time", arguments.command.restart_time,
+                                      "Time of a frame of that run, or of its last checkpoint")
+                          ->type_name("SECONDS")
+                          ->needs(restart);
+  restart->needs(time);
   run->add_flag("--json", arguments.command.json, "Print the report as one JSON object");
   run->add_flag("--quiet", arguments.command.quiet, "No progress bar");
   run->add_flag(
@@ -317,11 +374,38 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
   });
 }
 
+void add_outputs(CLI::App& app, Arguments& arguments) {
+  CLI::App* outputs = app.add_subcommand(
+      "outputs",
+      "Compute numbers from a trajectory: the [outputs] of its case, or expressions given here. "
+      "docs/guide.md lists what they may use");
+  outputs->add_option("trajectory", arguments.trajectory, "HDF5 file of a run")->required();
+  outputs
+      ->add_option("expressions", arguments.outputs,
+                   "Outputs in place of those of the case, for example 'stretch = "
+                   "max(largest_stretch)'")
+      ->type_name("NAME=EXPRESSION");
+  outputs->add_flag("--json", arguments.json, "Print one JSON object");
+  outputs->callback([&] {
+    arguments.code = run_guarded(
+        {.path = arguments.trajectory, .json = arguments.json, .is_long = true, .run = [&] {
+           return show_outputs(arguments.trajectory, arguments.outputs, arguments.json);
+         }});
+  });
+}
+
 void add_schema(CLI::App& app, Arguments& arguments) {
-  CLI::App* schema = app.add_subcommand("schema", "Print the JSON schema of case files");
+  CLI::App* schema =
+      app.add_subcommand("schema", "Print the JSON schema of case files or sweep files");
   schema->add_flag("--markdown", arguments.markdown, "Print the reference page instead");
-  schema->callback(
-      [&] { std::cout << (arguments.markdown ? case_reference_markdown() : case_json_schema()); });
+  schema->add_flag("--sweep", arguments.sweep_schema, "Describe sweep files instead");
+  schema->callback([&] {
+    if (arguments.sweep_schema) {
+      std::cout << (arguments.markdown ? sweep_reference_markdown() : sweep_json_schema());
+    } else {
+      std::cout << (arguments.markdown ? case_reference_markdown() : case_json_schema());
+    }
+  });
 }
 
 void add_bench(CLI::App& app, Arguments& arguments) {
@@ -385,6 +469,8 @@ int main(int argc, char** argv) {
   add_run_and_check(app, arguments);
   add_modes_and_buckling(app, arguments);
   add_info_and_render(app, arguments);
+  add_outputs(app, arguments);
+  add_sweep(app, arguments.sweep, arguments.code);
   add_schema(app, arguments);
   add_bench(app, arguments);
   try {

@@ -16,6 +16,7 @@
 #include "sim/modes/case_equilibrium.h"
 #include "sim/modes/mode_trajectory.h"
 #include "sim/modes/vibration_modes.h"
+#include "sim/run/restart.h"
 
 namespace weft::sim {
 
@@ -35,6 +36,7 @@ class Analysis {
   Analysis(const ModesCommand& command, const std::string& suffix,
            std::optional<std::string>& title)
       : command_(command), source_(read_case(command.run.case_path, command.run.overrides)) {
+    read_restart(source_);
     title = report_.title = source_.title;
     if (!command.writes) return;
     const auto name = std::filesystem::path(command.run.case_path).stem().string() + suffix;

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -13,12 +14,16 @@
 #include "sim/accuracy/accuracy_pilot.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
+#include "sim/case/case_writer.h"
 #include "sim/case/time_methods.h"
 #include "sim/command/command_json.h"
 #include "sim/command/guarded_command.h"
 #include "sim/command/progress_bar.h"
 #include "sim/run/initial_state.h"
+#include "sim/run/output_check.h"
 #include "sim/run/recorded_run.h"
+#include "sim/run/restart.h"
+#include "sim/run/resumption.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/view/scene_description.h"
 
@@ -73,6 +78,10 @@ void print_bill(const Bill& bill) {
   std::printf("\n");
 }
 
+std::string output_text(double value) {
+  return std::isnan(value) ? "no number" : rounded_text(value);
+}
+
 void print_summary(const RunReport& report) {
   std::printf("%s  %.4g s simulated in %.3g s, %s\n", status_name(report.status),
               report.simulated_time, report.bill.total.wall,
@@ -86,16 +95,32 @@ void print_summary(const RunReport& report) {
   if (report.smallest_gap) std::printf("  smallest gap %.3g mm\n", 1e3 * *report.smallest_gap);
   std::printf("  largest stretch %.2f %%\n", 100 * report.largest_stretch);
   if (report.error_estimate) print_errors(*report.error_estimate);
+  for (const auto& [name, value] : report.outputs)
+    std::printf("  %s %s\n", name.c_str(), output_text(value).c_str());
   if (!report.trajectory.empty())
     std::printf("  trajectory %s\n", printable(report.trajectory).c_str());
+}
+
+// Returns the overrides of the command and those that its other options stand for. The path of a
+// trajectory is relative to the present folder, a key of a case to the folder of the case.
+std::vector<std::string> all_overrides(const RunCommand& command) {
+  std::vector<std::string> all = command.overrides;
+  if (command.extend) all.push_back("time.duration=" + toml_number(*command.extend));
+  if (!command.restart_from.empty()) {
+    const auto path = std::filesystem::absolute(command.restart_from).lexically_normal();
+    all.push_back("restart.path=" + toml_string(path.string()));
+    all.push_back("restart.time=" + toml_number(*command.restart_time));
+  }
+  return all;
 }
 
 // Loads the case, calls prepare(case), builds the scene and calls use(scene). Returns the exit code
 // that `use` returns or, after a fault, that of report_faults().
 int with_scene(const RunCommand& command, const auto& prepare, const auto& use) {
   return report_faults(command, [&](std::optional<std::string>& title) {
-    Case source = read_case(command.case_path, command.overrides);
+    Case source = read_case(command.case_path, all_overrides(command));
     title = source.title;
+    read_restart(source);
     prepare(source);
     const std::unique_ptr<const Scene> scene = build_scene(source);
     return use(*scene);
@@ -108,6 +133,31 @@ void refuse_static(const Case& source) {
   if (!traits_of(source.time.method).finds_equilibria()) return;
   throw CaseError({"--estimate-error"}, "time.method = \"static\" has no error of time steps",
                   "expected another time.method, or no --estimate-error");
+}
+
+// Throws CaseError if a longer duration would change the run so far.
+void refuse_to_extend(const Case& source) {
+  const bool is_static = traits_of(source.time.method).finds_equilibria();
+  if (!is_static && !source.time.accuracy) return;
+  throw CaseError({"--extend"},
+                  is_static ? "the loads of time.method = \"static\" grow with the duration"
+                            : "time.accuracy is chosen for the duration",
+                  is_static
+                      ? "expected another time.method, or a run of its own"
+                      : "expected a case with a method and its tolerance, or a run of its own");
+}
+
+// Finds where the run goes on, and settles time.accuracy as it did. Without --resume and --extend,
+// refuses an existing file now, because the pilot may take long.
+Resumption find_start(const RunCommand& command, const std::string& trajectory, Case& source) {
+  if (!command.resume && !command.extend) {
+    TrajectoryWriter::refuse_existing(trajectory, command.force);
+    return {};
+  }
+  if (command.extend) refuse_to_extend(source);
+  return find_resumption(
+      trajectory, source,
+      {.estimates_error = command.estimate_error, .extends = command.extend.has_value()});
 }
 
 int code_of(RunReport::Status status) {
@@ -167,20 +217,26 @@ int run_case(const RunCommand& command) {
   const auto name = std::filesystem::path(command.case_path).stem().string() + ".h5";
   const std::string trajectory = (std::filesystem::path(command.directory) / name).string();
   PilotReport pilot;
+  Resumption found;
+  RunOptions options;
   const auto prepare = [&](Case& source) {
     if (command.estimate_error) refuse_static(source);
-    // Refuse an existing file now, because the pilot may take long.
-    TrajectoryWriter::refuse_existing(trajectory, command.force);
+    options.case_text = motion_text(source);
+    found = find_start(command, trajectory, source);
     catch_stop_signals();
-    pilot = run_pilot(source, command.quiet);
+    if (!found.checkpoint) {
+      check_outputs_before_pilot(source, command.estimate_error);
+      pilot = run_pilot(source, command.quiet);
+    }
   };
   return with_scene(command, prepare, [&](const Scene& scene) {
     const Bill earlier = bill_before_run(command, pilot);
     if (pilot.ended_run())
       return finish(command, scene.source, ended_by_pilot(pilot, earlier, &caught_signal));
-    RunOptions options;
     options.trajectory = trajectory;
     options.force = command.force;
+    options.resume = command.resume || command.extend;
+    options.resumed = found.checkpoint ? &*found.checkpoint : nullptr;
     options.estimate_error = command.estimate_error;
     options.stop_signal = &caught_signal;
     options.earlier = earlier;
@@ -203,6 +259,7 @@ int check_case(const RunCommand& command) {
       command, [](Case& source) { choose_accuracy(source); },
       [&](const Scene& scene) {
         check_initial_state(scene);
+        check_outputs(scene, false);
         std::cout << printable(describe_scene(scene), true);
         return exit_code::done;
       });

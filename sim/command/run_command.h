@@ -1,6 +1,7 @@
 // The commands `weft run` and `weft check`.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,10 @@ struct RunCommand {
   std::string directory = "out";
   std::vector<std::string> overrides;  // "KEY=VALUE" (see read_case())
   bool force = false;                  // overwrites an existing trajectory
+  bool resume = false;                 // goes on from the checkpoint of an earlier run
+  std::string restart_from;            // trajectory whose state the bodies start in; or empty
+  std::optional<double> restart_time;  // s; time of this state
+  std::optional<double> extend;        // s; goes on to this duration, beyond that of the run
   bool json = false;                   // prints results as one JSON object
   bool quiet = false;                  // prints no progress
   bool estimate_error = false;         // runs a second, more exact simulation to measure the error
@@ -25,6 +30,7 @@ namespace exit_code {
 inline constexpr int done = 0;
 inline constexpr int numerical_failure = 1;
 inline constexpr int bad_case = 2;
+inline constexpr int some_runs_failed = 3;
 inline constexpr int input_output = 4;
 }  // namespace exit_code
 

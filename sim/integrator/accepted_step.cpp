@@ -46,6 +46,20 @@ void AcceptedStep::restart(double time, std::span<const double> y) {
   dynamics_.restart_creases(time_, state_);
 }
 
+void AcceptedStep::interpolate(double time, std::span<double> y) const {
+  const double h = time_ - start_time_;
+  const double s = (time - start_time_) / h;
+  const std::size_t half = y.size() / 2;
+  for (std::size_t i = 0; i < half; ++i) {
+    const double x0 = other_state_[i], x1 = state_[i];
+    const double v0 = other_state_[half + i], v1 = state_[half + i];
+    y[i] = (1 - s) * (1 - s) * ((1 + 2 * s) * x0 + s * h * v0) +
+           s * s * ((3 - 2 * s) * x1 - (1 - s) * h * v1);
+    y[half + i] =
+        6 * s * (1 - s) * (x1 - x0) / h + (1 - s) * (1 - 3 * s) * v0 + s * (3 * s - 2) * v1;
+  }
+}
+
 std::optional<Failure> AcceptedStep::settle(double time, std::span<double> y) const {
   const double part = (time - start_time_) / (time_ - start_time_);
   return settle_frame(dynamics_, time, part, {other_state_, state_, start_positions_, start_time_},

@@ -48,6 +48,10 @@ class AcceptedStep {
   // Continues from the state `y` at `time` (s), without a last step.
   void restart(double time, std::span<const double> y);
 
+  // Writes the state at `time` (s) within the step to `y`. Positions follow the cubic that matches
+  // positions and velocities at both ends of the step, velocities its derivative. Precondition:
+  // has_start().
+  void interpolate(double time, std::span<double> y) const;
   // Applies settle_frame() to `y`, the state interpolated at `time` within the step. Precondition:
   // has_start().
   [[nodiscard]] std::optional<Failure> settle(double time, std::span<double> y) const;

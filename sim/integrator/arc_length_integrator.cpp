@@ -49,13 +49,12 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
   }
 
   int last_order() const override { return 0; }
-  bool transfer(StateArchive& archive) override {
+  void transfer(StateArchive& archive) override {
     transfer_steps(archive);
     newton_.transfer(archive);
     archive(factor_, arc_, first_arc_, longest_arc_, direction_, start_, negative_, has_ended_,
             corrections_);
     if (archive.reads()) set_factor(factor_);
-    return true;
   }
   IntegratorCounts counts() const override {
     IntegratorCounts counts = OneStepIntegrator::counts();

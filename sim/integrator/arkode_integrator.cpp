@@ -73,6 +73,7 @@ class ArkodeIntegrator final : public OneStepIntegrator {
     return counts;
   }
   std::string decision() const override { return decision_; }
+  void transfer(StateArchive& archive) override;
 
  private:
   long count(int (*get)(void*, long*)) const { return counter_of(arkode_, get); }
@@ -87,6 +88,7 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   void forget() override { arkode_time_ = std::numeric_limits<double>::quiet_NaN(); }
   Trouble trouble_of(int flag, double& end);
   double work() const;
+  IntegratorCounts counts_of_solvers() const;
   void reconsider();
   void use(bool implicit, double rate, double part_of_cost);
 
@@ -251,11 +253,32 @@ void ArkodeIntegrator::reconsider() {
   time_at_comparison_ = time();
 }
 
-void ArkodeIntegrator::use(bool implicit, double rate, double part_of_cost) {
+// Returns counts() without the failures that OneStepIntegrator counts.
+IntegratorCounts ArkodeIntegrator::counts_of_solvers() const {
   const IntegratorCounts own = OneStepIntegrator::counts();
-  earlier_ = counts();
-  earlier_.error_test_failures -= own.error_test_failures;
-  earlier_.convergence_failures -= own.convergence_failures;
+  IntegratorCounts all = counts();
+  all.error_test_failures -= own.error_test_failures;
+  all.convergence_failures -= own.convergence_failures;
+  return all;
+}
+
+void ArkodeIntegrator::transfer(StateArchive& archive) {
+  IntegratorCounts so_far = counts_of_solvers();
+  transfer_steps(archive);
+  bool implicit = implicit_;
+  double next = 0;
+  ARKStepGetCurrentStep(arkode_, &next);
+  archive(so_far, implicit, next, decision_, steps_at_comparison_, explicit_steps_,
+          work_at_comparison_, time_at_comparison_);
+  if (!archive.reads()) return;
+  destroy();
+  create(implicit);
+  ARKStepSetInitStep(arkode_, next > 0 ? next : first_step(dynamics(), time(), state()));
+  earlier_ = so_far;
+}
+
+void ArkodeIntegrator::use(bool implicit, double rate, double part_of_cost) {
+  earlier_ = counts_of_solvers();
   destroy();
   create(implicit);
   ARKStepSetInitStep(arkode_, last_step());

@@ -71,6 +71,8 @@ struct CvodeIntegrator::Implementation {
   void find_swing();
   std::optional<Failure> follow_motions();
   void begin_anew();
+  void begin_without_history();
+  void set_newton_tolerance();
   IntegratorCounts counts() const;
   int veto(double t, N_Vector state);
   void accept(double t);
@@ -95,6 +97,7 @@ struct CvodeIntegrator::Implementation {
   int matrix_interval = 1, smooth_steps_so_far = 0;
   long iterations_before_step = 0, failures_before_step = 0;
   int tight_steps_left = 0;
+  bool has_last_step = false;  // true if CVODE can interpolate within the last step
   VetoWindow veto_window;
   std::optional<ContactFault> last_fault;
 };
@@ -216,6 +219,10 @@ void CvodeIntegrator::Implementation::find_swing() {
   const bool swings =
       next <= last && N_VDotProd(step_error, previous_step_error) < swing_cosine * both;
   tight_steps_left = swings ? tight_steps : std::max(0, tight_steps_left - 1);
+  set_newton_tolerance();
+}
+
+void CvodeIntegrator::Implementation::set_newton_tolerance() {
   CVodeSetNonlinConvCoef(cvode, tight_steps_left > 0 ? tight_newton_tolerance : newton_tolerance);
 }
 
@@ -248,6 +255,15 @@ void CvodeIntegrator::Implementation::begin_anew() {
   earlier = counts();
   CVodeReInit(cvode, accepted.time(), y);
   iterations_before_step = failures_before_step = 0;
+  has_last_step = false;
+}
+
+// Begins anew at the accepted state, with a first step that suits it.
+void CvodeIntegrator::Implementation::begin_without_history() {
+  time = accepted.time();
+  begin_anew();
+  CVodeSetInitStep(cvode, first_step(dynamics, time, accepted.state()));
+  N_VConst(0, step_error);
 }
 
 int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
@@ -327,6 +343,7 @@ std::optional<Failure> CvodeIntegrator::step() {
   const int flag = CVode(self.cvode, self.time + 1, self.y, &self.time, CV_ONE_STEP);
   if (flag < 0) return self.failure(flag);
   self.accept(self.time);
+  self.has_last_step = true;
   self.choose_matrix_interval();
   self.find_swing();
   return self.too_many_vetoes();
@@ -357,19 +374,34 @@ std::optional<Failure> CvodeIntegrator::state_at(double time, std::span<double> 
     std::copy(accepted.state().begin(), accepted.state().end(), y.begin());
     return std::nullopt;
   }
-  CVodeGetDky(self.cvode, time, 0, self.work);
-  std::copy(values(self.work).begin(), values(self.work).end(), y.begin());
+  if (self.has_last_step) {
+    CVodeGetDky(self.cvode, time, 0, self.work);
+    std::copy(values(self.work).begin(), values(self.work).end(), y.begin());
+  } else {
+    accepted.interpolate(time, y);
+  }
   return accepted.settle(time, y);
 }
 
 void CvodeIntegrator::restart(double time, std::span<const double> y) {
   Implementation& self = *implementation_;
-  self.time = time;
   self.accepted.restart(time, y);
-  self.begin_anew();
-  CVodeSetInitStep(self.cvode, first_step(self.dynamics, time, self.accepted.state()));
-  N_VConst(0, self.step_error);
+  self.begin_without_history();
   ++self.restarts;
+}
+
+void CvodeIntegrator::transfer(StateArchive& archive) {
+  Implementation& self = *implementation_;
+  IntegratorCounts so_far = self.counts();
+  self.accepted.transfer(archive);
+  self.veto_window.transfer(archive);
+  archive(so_far, self.vetoes, self.restarts, self.matrix_interval, self.smooth_steps_so_far,
+          self.tight_steps_left);
+  if (!archive.reads()) return;
+  self.begin_without_history();
+  self.earlier = so_far;
+  CVodeSetLSetupFrequency(self.cvode, self.matrix_interval);
+  self.set_newton_tolerance();
 }
 
 IntegratorCounts CvodeIntegrator::counts() const { return implementation_->counts(); }

@@ -31,6 +31,8 @@ class CvodeIntegrator final : public Integrator {
   [[nodiscard]] std::optional<Failure> state_at(double time, std::span<double> y) const override;
   IntegratorCounts counts() const override;
   void restart(double time, std::span<const double> y) override;
+  // After reading, and until the next step, state_at() interpolates by AcceptedStep::interpolate().
+  void transfer(StateArchive& archive) override;
 
  private:
   struct Implementation;

@@ -19,9 +19,9 @@ class EulerIntegrator final : public StageIntegrator {
   }
 
   int last_order() const override { return 1; }
-  bool transfer(StateArchive& archive) override {
+  void transfer(StateArchive& archive) override {
     archive(event_time_, rate_);
-    return StageIntegrator::transfer(archive);
+    StageIntegrator::transfer(archive);
   }
 
  private:

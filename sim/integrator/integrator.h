@@ -46,9 +46,10 @@ class Integrator {
   // Continues from the state `y` at `time`, without the method's history. Until the next step,
   // state_at() allows only `time`.
   virtual void restart(double time, std::span<const double> y) = 0;
-  // Writes or reads all data that determine the bits of later steps. The default, for methods whose
-  // history another library keeps, does nothing and returns false.
-  [[nodiscard]] virtual bool transfer(StateArchive& /*archive*/) { return false; }
+  // Writes or reads all data that determine the bits of later steps. Methods whose history SUNDIALS
+  // keeps (TimeMethodTraits::has_hidden_history()) write their state without it, and restart after
+  // reading.
+  virtual void transfer(StateArchive& archive) = 0;
   // A function that one-step methods call between the trials of a step, within long trials and
   // within the linear solves of implicit stages, because a step may take long. If it returns a
   // failure, step() fails with that failure. An empty function never stops a step.

@@ -190,24 +190,13 @@ void OneStepIntegrator::transfer_steps(StateArchive& archive) {
 }
 
 std::optional<Failure> OneStepIntegrator::state_at(double time, std::span<double> y) const {
-  const std::span<const double> end = state(), start = accepted_.start_state();
-  assert(time >= accepted_.start_time() && time <= accepted_.time() && y.size() == end.size());
+  assert(time >= accepted_.start_time() && time <= accepted_.time() && y.size() == state().size());
   if (!accepted_.has_start()) {
     assert(time == accepted_.time());
-    std::copy(end.begin(), end.end(), y.begin());
+    std::copy(state().begin(), state().end(), y.begin());
     return std::nullopt;
   }
-  const double h = accepted_.time() - accepted_.start_time();
-  const double s = (time - accepted_.start_time()) / h;
-  const std::size_t half = y.size() / 2;
-  for (std::size_t i = 0; i < half; ++i) {
-    const double x0 = start[i], x1 = end[i];
-    const double v0 = start[half + i], v1 = end[half + i];
-    y[i] = (1 - s) * (1 - s) * ((1 + 2 * s) * x0 + s * h * v0) +
-           s * s * ((3 - 2 * s) * x1 - (1 - s) * h * v1);
-    y[half + i] =
-        6 * s * (1 - s) * (x1 - x0) / h + (1 - s) * (1 - 3 * s) * v0 + s * (3 * s - 2) * v1;
-  }
+  accepted_.interpolate(time, y);
   return accepted_.settle(time, y);
 }
 

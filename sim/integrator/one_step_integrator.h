@@ -31,8 +31,7 @@ class OneStepIntegrator : public Integrator {
   double time() const final { return accepted_.time(); }
   double last_step() const final { return accepted_.time() - accepted_.start_time(); }
   std::span<const double> state() const final { return accepted_.state(); }
-  // Interpolates positions by the cubic that matches positions and velocities at both ends of the
-  // step, and velocities by its derivative.
+  // Interpolates by AcceptedStep::interpolate().
   [[nodiscard]] std::optional<Failure> state_at(double time, std::span<double> y) const override;
   IntegratorCounts counts() const override { return counts_; }
   void restart(double time, std::span<const double> y) final;

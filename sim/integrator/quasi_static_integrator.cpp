@@ -43,12 +43,11 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
   }
 
   int last_order() const override { return 0; }
-  bool transfer(StateArchive& archive) override {
+  void transfer(StateArchive& archive) override {
     transfer_steps(archive);
     newton_.transfer(archive);
     relaxation_.transfer(archive);
     archive(found_first_, known_time_, known_, earlier_time_, earlier_, negative_);
-    return true;
   }
   IntegratorCounts counts() const override {
     IntegratorCounts counts = OneStepIntegrator::counts();

@@ -18,10 +18,9 @@ class StageIntegrator : public OneStepIntegrator {
     solver_.add_counts(counts);
     return counts;
   }
-  bool transfer(StateArchive& archive) override {
+  void transfer(StateArchive& archive) override {
     transfer_steps(archive);
     solver_.transfer(archive);
-    return true;
   }
 
  protected:

@@ -22,10 +22,9 @@ class StaticIntegrator final : public OneStepIntegrator {
   }
 
   int last_order() const override { return 0; }
-  bool transfer(StateArchive& archive) override {
+  void transfer(StateArchive& archive) override {
     transfer_steps(archive);
     relaxation_.transfer(archive);
-    return true;
   }
   IntegratorCounts counts() const override {
     IntegratorCounts counts = OneStepIntegrator::counts();

@@ -36,7 +36,7 @@ class VerletIntegrator final : public OneStepIntegrator {
         end_acceleration_(dynamics.particle_count()) {}
 
   int last_order() const override { return 2; }
-  bool transfer(StateArchive& archive) override {
+  void transfer(StateArchive& archive) override {
     transfer_steps(archive);
     bool is_tracked = tracker_.has_value();
     archive(is_tracked);
@@ -45,7 +45,6 @@ class VerletIntegrator final : public OneStepIntegrator {
     archive(share_, chosen_step_, decay_, stiff_place_, steps_, next_check_, next_shown_check_,
             steps_per_check_, start_, end_, before_acceleration_, start_acceleration_,
             end_acceleration_);
-    return true;
   }
 
  private:

@@ -3,11 +3,13 @@
 #include <stdexcept>
 
 #include "sim/run/initial_state.h"
+#include "sim/run/restart.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
 
 Simulation make_simulation(Case source, const PilotOptions& options) {
+  read_restart(source);
   const PilotReport pilot = correct_accuracy(source, options);
   if (pilot.ended_run()) {
     throw std::runtime_error(pilot.interrupted ? "the pilot run of time.accuracy was stopped"

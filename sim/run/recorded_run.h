@@ -17,11 +17,23 @@
 namespace weft::sim {
 
 struct PilotReport;
+struct RunCheckpoint;
 struct Scene;
 
 struct RunOptions {
   std::string trajectory;  // path of the HDF5 file; a missing folder is created
   bool force = false;      // overwrites an existing file
+  // If true, run_simulation(Case) goes on from the checkpoint of an earlier run of the same case,
+  // as find_resumption() finds it (resumption.h). Without a checkpoint it begins at t = 0, in place
+  // of the file of that run. Frames, steps and series then have the bits of a run that was never
+  // stopped, apart from clocks.
+  bool resume = false;
+  // The checkpoint from which run_simulation(Scene) goes on; it must outlive the call. Null: the
+  // run begins at t = 0.
+  const RunCheckpoint* resumed = nullptr;
+  // motion_text() of the case before time.accuracy has chosen, for checkpoints. Empty: that of the
+  // scene's case.
+  std::string case_text;
   // If true, a second, more exact run beside this one measures the error
   // (sim/accuracy/error_monitor.h). The trajectory then has a series error_estimate_BODY (m) per
   // dynamic body. Not allowed with method `static`.
@@ -43,10 +55,11 @@ struct RunOptions {
 struct RunReport {
   enum class Status { done, failed, interrupted };
   Status status = Status::done;
-  std::string reason;              // reason of a failure or a stop, in words; else empty
-  std::optional<Failure> failure;  // set after a failure; `reason` is then its text
-  double simulated_time = 0;       // s; after a failure, the time of the last good state
-  Bill bill;                       // includes RunOptions::earlier
+  std::string reason;                // reason of a failure or a stop, in words; else empty
+  std::optional<Failure> failure;    // set after a failure; `reason` is then its text
+  double simulated_time = 0;         // s; after a failure, the time of the last good state
+  std::optional<double> resumed_at;  // time of the checkpoint from which the run went on (s)
+  Bill bill;  // includes RunOptions::earlier, and costs before the checkpoint
   int frames = 0;
   IntegratorCounts counts;
   // Smallest gap (m) over all steps, each at its last force evaluation. Empty if no pair came into
@@ -56,6 +69,8 @@ struct RunReport {
   std::string decision;  // last choice that the integrator made by itself; empty without a choice
   double largest_stretch = 0;  // largest l / L - 1 over all frames and edges
   std::vector<std::pair<std::string, double>> energies;  // energies (J) of the last frame, by name
+  // Values of the case's [outputs], in their order; NaN for what does not exist.
+  std::vector<std::pair<std::string, double>> outputs;
   Statistics statistics;
   std::optional<ErrorEstimate> error_estimate;  // set if RunOptions::estimate_error
   std::string trajectory;                       // path of the HDF5 file
@@ -70,7 +85,8 @@ std::string reason_of_signal(int signal);
 
 // Runs the scene until the end of the case, a failure or a stop. The trajectory then holds all
 // frames up to that time. After a failure, its last frame is the last good state. Throws CaseError
-// for an initial state that cannot be simulated, before any file is written. Throws FileError if
+// for an initial state that cannot be simulated and for outputs at fault, before any file is
+// written. Throws FileError if
 // the file cannot be written.
 RunReport run_simulation(const Scene& scene, const RunOptions& options);
 // Runs the case in the same way. If the case gives time.accuracy, correct_accuracy() first chooses

@@ -17,6 +17,7 @@
 #include "sim/scene/shell_body.h"
 #include "sim/scene/sliding_supports.h"
 #include "sim/scene/start_shape.h"
+#include "sim/scene/start_states.h"
 #include "sim/scene/surface_points.h"
 #include "sim/scene/timed_pins.h"
 
@@ -105,6 +106,32 @@ std::vector<double> particle_masses(const SceneBody& body) {
   return mass;
 }
 
+// Appends the positions of a body in the state of another run, and sets its velocities.
+void start_from_states(Scene& scene, const BodyCase& from, SceneBody& body) {
+  const RestartCase& restart = *scene.source.restart;
+  const BodyState* state = restart.states ? restart.states->find(from.name) : nullptr;
+  if (state == nullptr) {
+    throw CaseError(restart.location, "the state of \"" + from.name + "\" has not been read",
+                    "expected a case after read_restart()");
+  }
+  const bool is_alike = std::ranges::equal(
+      state->atlas.patches(), body.atlas.patches(), [](const auto& one, const auto& other) {
+        return one.wrap_u == other.wrap_u && one.wrap_v == other.wrap_v;
+      });
+  if (!is_alike) {
+    throw CaseError(restart.location,
+                    "the image of \"" + from.name + "\" has other patches, or is closed otherwise",
+                    "expected a shape of the same kind, of any resolution");
+  }
+  std::vector<Vec3> position = resampled(state->position, state->atlas, body.atlas);
+  body.start_velocity = resampled(state->velocity, state->atlas, body.atlas);
+  if (body.spline) {
+    position = body.spline->interpolate(body.atlas, position);
+    body.start_velocity = body.spline->interpolate(body.atlas, body.start_velocity);
+  }
+  std::ranges::copy(position, std::back_inserter(scene.initial_position));
+}
+
 void add_dynamic_body(Scene& scene, const BodyCase& from) {
   SceneBody body = make_body(from.name, from.shape, scene);
   body.first_particle = scene.particle_count;
@@ -116,15 +143,19 @@ void add_dynamic_body(Scene& scene, const BodyCase& from) {
       body.material->is_shell() ? body.material->shell_thickness : default_thickness);
   body.warp_angle = from.warp_angle_deg * (std::acos(-1.0) / 180);
   refuse_flat_triangles(body, from.shape.location);
-  std::vector<Vec3> start = start_shape(from, body, scene.source);
-  if (body.material->is_shell()) {
-    make_spline(body, from);
-    start = control_points_of(body, from, start);
+  if (body.material->is_shell()) make_spline(body, from);
+  if (scene.source.restart) {
+    start_from_states(scene, from, body);
+  } else {
+    const std::vector<Vec3> start = start_shape(from, body, scene.source);
+    append_positions(scene, body.spline ? control_points_of(body, from, start) : start,
+                     from.stretch, from.position, from.rotation_deg);
+  }
+  if (body.spline) {
     body.rest = control_points_of(body, from, body.rest);
     require_regular_rest(body, from);
     if (scene.source.contact.enabled) sample_shell(body);
   }
-  append_positions(scene, start, from.stretch, from.position, from.rotation_deg);
   const int count = body.particle_count();
   body.velocity = from.velocity;
   body.spin = from.angular_velocity_deg * (std::acos(-1.0) / 180);
@@ -269,6 +300,7 @@ int Scene::main_particle(int point) const {
 
 Vec3 Scene::initial_velocity(int particle) const {
   const SceneBody& body = body_of_particle(particle);
+  if (!body.start_velocity.empty()) return body.start_velocity[particle - body.first_particle];
   return body.velocity + body.spin.cross(initial_position[particle] - body.centre);
 }
 

@@ -173,7 +173,7 @@ void ChangingSceneIntegrator::restart(double time, std::span<const double> y) {
   copy_state();
 }
 
-bool ChangingSceneIntegrator::transfer(StateArchive& archive) {
+void ChangingSceneIntegrator::transfer(StateArchive& archive) {
   std::size_t count = holds_.size();
   archive(event_, built_at_, earlier_, broken_, count);
   holds_.resize(count);
@@ -187,9 +187,8 @@ bool ChangingSceneIntegrator::transfer(StateArchive& archive) {
     build();
     after_change_({});
   }
-  if (!stage_->integrator->transfer(archive)) return false;
+  stage_->integrator->transfer(archive);
   copy_state();
-  return true;
 }
 
 }  // namespace weft::sim

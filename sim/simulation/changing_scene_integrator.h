@@ -53,7 +53,7 @@ class ChangingSceneIntegrator final : public Integrator {
     return all += stage_->integrator->counts();
   }
   void restart(double time, std::span<const double> y) override;
-  [[nodiscard]] bool transfer(StateArchive& archive) override;
+  void transfer(StateArchive& archive) override;
   std::string decision() const override { return stage_->integrator->decision(); }
 
   // Returns the dynamics of all bodies, with the held vertices and intact ties of the present

@@ -4,13 +4,16 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "sim/base/fingerprint.h"
 #include "sim/base/state_archive.h"
 #include "sim/case/case_text.h"
+#include "sim/case/case_writer.h"
 #include "sim/case/frame_times.h"
 #include "sim/case/time_methods.h"
 #include "sim/integrator/integrator.h"
 #include "sim/motion/energy_watch.h"
 #include "sim/simulation/changing_scene_integrator.h"
+#include "sim/simulation/checkpoint_schedule.h"
 #include "sim/simulation/sleeping_integrator.h"
 
 namespace weft::sim {
@@ -22,7 +25,16 @@ namespace {
 constexpr int explicit_steps_between_looks = 8;
 
 // First bytes of a saved state. The last digit is the version of its layout.
-constexpr std::string_view save_mark = "weft state 1";
+constexpr std::string_view save_mark = "weft state 2, version " WEFT_VERSION;
+
+// Returns the fingerprint of what the files of a case give: another shape gives another one.
+std::uint64_t fingerprint_of(const Scene& scene) {
+  Fingerprint fingerprint;
+  fingerprint.add_list(scene.initial_position);
+  fingerprint.add_list(scene.mass);
+  fingerprint.add_list(scene.pinned);
+  return fingerprint.value();
+}
 
 }  // namespace
 
@@ -31,18 +43,19 @@ struct Simulation::Implementation {
       : owned(std::move(owned_)),
         scene(scene_),
         frame_times(scene_.source),
-        dynamics(scene, statistics) {
-    make_own_integrator();
-    watch.emplace(awake(), awake_state());
+        schedule(scene_.source) {
+    make_parts();
     decision = integrator->decision();
   }
 
+  // Makes the dynamics, the integrator and the watch, which then are those of the start.
+  void make_parts();
   void make_own_integrator();
   // Returns the dynamics that is being integrated, without sleeping bodies and with the present
   // pins and ties. awake_state() is its state.
   Dynamics& awake() {
     if (sleeping != nullptr) return sleeping->dynamics();
-    return changing != nullptr ? changing->dynamics() : dynamics;
+    return changing != nullptr ? changing->dynamics() : *dynamics;
   }
   std::span<const double> awake_state() const {
     return sleeping != nullptr ? sleeping->awake_state() : integrator->state();
@@ -62,12 +75,15 @@ struct Simulation::Implementation {
   void expand() const;
   std::vector<Vec3> of_body(std::string_view body, const std::vector<Vec3>& all) const;
   void transfer(StateArchive& archive);
+  std::string bytes();
+  void restore(std::string_view bytes);
 
   std::unique_ptr<const Scene> owned;  // null if the caller owns the scene
   const Scene& scene;
   FrameTimes frame_times;
+  CheckpointSchedule schedule;
   Statistics statistics;
-  Dynamics dynamics;
+  std::optional<Dynamics> dynamics;  // never empty; make_parts() replaces the object in its place
   std::unique_ptr<Integrator> integrator;
   // The integrator that lets bodies sleep: `integrator` or the integrator within `changing`. Null
   // if bodies cannot sleep.
@@ -82,6 +98,7 @@ struct Simulation::Implementation {
   std::size_t contact_pairs = 0;       // pairs in reach in the last force evaluation
   std::optional<double> smallest_gap;  // smallest gap of these pairs (m)
   std::vector<StepObserver*> observers;
+  std::function<std::optional<Failure>()> reason_to_stop;
   // The interpolated state that advance() has reached within the last step. Empty if the state is
   // that at the end of the step.
   std::vector<double> inner_state;
@@ -91,6 +108,17 @@ struct Simulation::Implementation {
   mutable bool is_expanded = false;
 };
 
+void Simulation::Implementation::make_parts() {
+  watch.reset();
+  integrator.reset();
+  sleeping = nullptr;
+  changing = nullptr;
+  dynamics.emplace(scene, statistics);
+  make_own_integrator();
+  integrator->set_reason_to_stop(reason_to_stop);
+  watch.emplace(awake(), awake_state());
+}
+
 void Simulation::Implementation::make_own_integrator() {
   const auto after_change = [this](const std::string& text) {
     if (changing != nullptr) sleeping = changing->sleeping();
@@ -98,18 +126,18 @@ void Simulation::Implementation::make_own_integrator() {
     if (!text.empty()) decide(text);
   };
   if (changes_in_time(scene)) {
-    auto made = std::make_unique<ChangingSceneIntegrator>(scene, dynamics);
+    auto made = std::make_unique<ChangingSceneIntegrator>(scene, *dynamics);
     changing = made.get();
     sleeping = changing->sleeping();
     changing->set_after_change(after_change);
     integrator = std::move(made);
   } else if (may_sleep(scene)) {
-    auto made = std::make_unique<SleepingIntegrator>(scene, dynamics);
+    auto made = std::make_unique<SleepingIntegrator>(scene, *dynamics);
     sleeping = made.get();
     sleeping->set_after_change(after_change);
     integrator = std::move(made);
   } else {
-    integrator = make_integrator(scene, dynamics);
+    integrator = make_integrator(scene, *dynamics);
   }
 }
 
@@ -138,6 +166,7 @@ std::optional<Failure> Simulation::Implementation::judge_step() {
 std::optional<Failure> Simulation::Implementation::step() {
   energies.reset();
   if (auto failure = integrator->step()) return failure;
+  schedule.add_step();
   note_decisions();
   if (const Contact* contact = awake().contact()) {
     contact_pairs = contact->pairs_in_reach();
@@ -151,7 +180,7 @@ void Simulation::Implementation::note_decisions() {
     decision = std::move(now);
     if (!decision.empty()) decide(decision);
   }
-  if (dynamics.contact() == nullptr) return;
+  if (dynamics->contact() == nullptr) return;
   if (std::string now = awake().contact()->compute().text(); now != compute) {
     compute = std::move(now);
     decide("contact search on " + compute);
@@ -173,9 +202,9 @@ void Simulation::Implementation::expand() const {
   if (is_expanded) return;
   is_expanded = true;
   if (inner_state.empty())
-    dynamics.expand_all(integrator->time(), integrator->state(), position, velocity);
+    dynamics->expand_all(integrator->time(), integrator->state(), position, velocity);
   else
-    dynamics.expand_all(inner_time, inner_state, position, velocity);
+    dynamics->expand_all(inner_time, inner_state, position, velocity);
 }
 
 std::vector<Vec3> Simulation::Implementation::of_body(std::string_view body,
@@ -186,22 +215,41 @@ std::vector<Vec3> Simulation::Implementation::of_body(std::string_view body,
 }
 
 void Simulation::Implementation::transfer(StateArchive& archive) {
-  std::string mark(save_mark), text = scene.source.resolved_text;
+  std::string mark(save_mark), text = motion_text(scene.source);
   const std::string expected_mark = mark, expected_text = text;
-  archive(mark, text);
+  std::uint64_t fingerprint = fingerprint_of(scene);
+  const std::uint64_t expected_fingerprint = fingerprint;
+  archive(mark);
   if (mark != expected_mark) throw std::invalid_argument("not a state that this build has saved");
+  archive(text);
   if (text != expected_text) throw std::invalid_argument("the saved state of another case");
-  if (!integrator->transfer(archive)) {
-    throw std::invalid_argument(
-        "a run by " + std::string(traits_of(scene.source.time.method).name) +
-        " cannot be saved: SUNDIALS keeps its history; expected one of the one-step methods, "
-        "\"euler\", \"implicit_midpoint\", \"verlet\", \"static\"");
-  }
+  archive(fingerprint);
+  if (fingerprint != expected_fingerprint)
+    throw std::invalid_argument("the saved state of a case whose files have changed since");
+  integrator->transfer(archive);
   watch->transfer(archive);
+  schedule.transfer(archive);
   // Statistics are restored last, so that the cost of restoring does not count.
   archive(statistics, steps_since_look, last_look, inner_state, inner_time);
   if (archive.reads() && !archive.is_at_end())
     throw std::invalid_argument("a saved state with too many bytes");
+}
+
+std::string Simulation::Implementation::bytes() {
+  StateArchive archive;
+  transfer(archive);
+  return archive.bytes();
+}
+
+// Makes all parts anew before it reads their state, so that no cache of theirs outlives it.
+void Simulation::Implementation::restore(std::string_view bytes) {
+  make_parts();
+  is_expanded = false;
+  energies.reset();
+  StateArchive archive(bytes);
+  transfer(archive);
+  decision = integrator->decision();
+  if (dynamics->contact() != nullptr) compute = awake().contact()->compute().text();
 }
 
 Simulation::Simulation(const Scene& scene)
@@ -229,6 +277,10 @@ std::optional<Failure> Simulation::step() {
   Implementation& self = *implementation_;
   self.inner_state.clear();
   self.is_expanded = false;
+  if (self.schedule.is_due(self.integrator->time())) {
+    const std::string state = renew();
+    for (StepObserver* observer : self.observers) observer->at_checkpoint(state);
+  }
   if (auto failure = self.step()) return failure;
   for (StepObserver* observer : self.observers) observer->after_step(*this);
   return std::nullopt;
@@ -248,7 +300,7 @@ std::optional<Failure> Simulation::advance(double seconds) {
   self.inner_state.clear();
   target = has_ended() ? std::min(target, self.integrator->time()) : target;
   if (target == self.integrator->time()) return std::nullopt;
-  std::vector<double> inner(self.dynamics.state_size());
+  std::vector<double> inner(self.dynamics->state_size());
   if (auto failure = self.integrator->state_at(target, inner)) return failure;
   self.inner_state = std::move(inner);
   self.inner_time = target;
@@ -293,17 +345,26 @@ void Simulation::set_velocity(std::string_view body, std::span<const Vec3> veloc
 }
 
 std::string Simulation::save() const {
-  StateArchive archive;
-  implementation_->transfer(archive);
-  return archive.bytes();
+  const TimeMethodTraits& method = traits_of(implementation_->scene.source.time.method);
+  if (method.has_hidden_history()) {
+    throw std::invalid_argument(
+        "a run by " + std::string(method.name) +
+        " cannot be saved: SUNDIALS keeps its history; expected one of the one-step methods, "
+        "\"euler\", \"implicit_midpoint\", \"verlet\", \"static\"");
+  }
+  return checkpoint();
 }
 
-void Simulation::restore(std::string_view bytes) {
+std::string Simulation::checkpoint() const { return implementation_->bytes(); }
+
+void Simulation::restore(std::string_view bytes) { implementation_->restore(bytes); }
+
+std::string Simulation::renew() {
   Implementation& self = *implementation_;
-  StateArchive archive(bytes);
-  self.is_expanded = false;
-  self.energies.reset();
-  self.transfer(archive);
+  self.schedule.start(self.integrator->time());
+  std::string state = self.bytes();
+  self.restore(state);
+  return state;
 }
 
 bool Simulation::has_ended() const { return implementation_->integrator->has_ended(); }
@@ -354,14 +415,16 @@ void Simulation::add_observer(StepObserver& observer) {
 }
 
 void Simulation::set_reason_to_stop(std::function<std::optional<Failure>()> reason) {
-  implementation_->integrator->set_reason_to_stop(std::move(reason));
+  Implementation& self = *implementation_;
+  self.reason_to_stop = std::move(reason);
+  self.integrator->set_reason_to_stop(self.reason_to_stop);
 }
 
 const Scene& Simulation::scene() const { return implementation_->scene; }
-Dynamics& Simulation::dynamics() const { return implementation_->dynamics; }
+Dynamics& Simulation::dynamics() const { return *implementation_->dynamics; }
 Dynamics& Simulation::dynamics_with_pins() const {
   const Implementation& self = *implementation_;
-  return self.changing != nullptr ? self.changing->dynamics() : implementation_->dynamics;
+  return self.changing != nullptr ? self.changing->dynamics() : *implementation_->dynamics;
 }
 const Integrator& Simulation::integrator() const { return *implementation_->integrator; }
 

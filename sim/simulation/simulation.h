@@ -31,6 +31,9 @@ class StepObserver {
   virtual void after_step(const Simulation& simulation) = 0;
   // Called when the simulation makes a choice by itself. `text` describes the choice.
   virtual void after_decision(const std::string& /*text*/) {}
+  // Called at a checkpoint, before the step that follows it. `state` is the result of
+  // Simulation::renew().
+  virtual void at_checkpoint(const std::string& /*state*/) {}
 };
 
 // A simulation of a scene from t = 0. The method chooses its steps. step() computes the next step.
@@ -55,8 +58,10 @@ class Simulation {
 
   // Returns the time (s) of position(), velocity() and state().
   double time() const;
-  // Takes one step of the method. After a failure of Kind::energy, the state is that of the failed
-  // step. After any other failure, it is that of the last good step. No step can follow a failure.
+  // Takes one step of the method. If a checkpoint is due (output.checkpoint_every), calls renew()
+  // before, and then at_checkpoint() of the observers. After a failure of Kind::energy, the state
+  // is that of the failed step. After any other failure, it is that of the last good step. No step
+  // can follow a failure.
   [[nodiscard]] std::optional<Failure> step();
   // Advances by `seconds`. Throws std::invalid_argument unless `seconds` is positive and finite.
   // Fails like step(), and also if no interpolated state keeps surfaces apart; time() is then the
@@ -76,11 +81,19 @@ class Simulation {
   void set_velocity(std::string_view body, std::span<const Vec3> velocity);
 
   // save() returns the simulation as bytes. After restore(), another simulation of the same case
-  // continues with the same bits, in the same build on the same machine. Both throw
-  // std::invalid_argument for methods whose history SUNDIALS keeps (cvode, arkode). restore() also
-  // throws it for bytes of another case or build. The state of the simulation is then undefined.
+  // continues with the same bits, in the same build on the same machine. The table [compute] and
+  // time.duration of the two cases may differ. save() throws std::invalid_argument for methods
+  // whose history SUNDIALS keeps (cvode, arkode). restore() throws it for bytes of another case or
+  // build; the state of the simulation is then undefined. The cost of restore() is that of the
+  // constructor.
   std::string save() const;
   void restore(std::string_view bytes);
+  // checkpoint() is save() for all methods: those whose history SUNDIALS keeps are saved without
+  // it, and restart after restore().
+  std::string checkpoint() const;
+  // Makes a checkpoint, restores this simulation from it, and returns it. From now on, the
+  // simulation has the same bits and counts as any other that is restored from these bytes.
+  std::string renew();
 
   // True if the run has reached an end that the case sets before time.duration.
   bool has_ended() const;

@@ -127,7 +127,7 @@ void SleepingIntegrator::restart(double time, std::span<const double> y) {
   rest_.begin(time, y);
 }
 
-bool SleepingIntegrator::transfer(StateArchive& archive) {
+void SleepingIntegrator::transfer(StateArchive& archive) {
   archive(asleep_, island_, built_at_, state_, frozen_.kinetic, frozen_.gravitational,
           frozen_.contact, frozen_.dissipated, frozen_gap_, earlier_);
   for (auto& [name, energy] : frozen_.elastic) archive(energy);
@@ -136,7 +136,7 @@ bool SleepingIntegrator::transfer(StateArchive& archive) {
     build();
     after_change_({});
   }
-  return integrator_->transfer(archive);
+  integrator_->transfer(archive);
 }
 
 std::vector<double> SleepingIntegrator::awake_part(std::span<const double> y) const {

@@ -65,7 +65,7 @@ class SleepingIntegrator final : public Integrator {
   }
   // Wakes all bodies.
   void restart(double time, std::span<const double> y) override;
-  [[nodiscard]] bool transfer(StateArchive& archive) override;
+  void transfer(StateArchive& archive) override;
   std::string decision() const override { return integrator_->decision(); }
 
   // Returns the dynamics of the awake bodies.

@@ -127,36 +127,13 @@ double or_nan(std::optional<double> gap) {
   return gap.value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
-}  // namespace
-
-FrameRecorder::FrameRecorder(const Simulation& simulation, const std::string& path, bool force,
-                             Cost& cost, const std::vector<Series>& more)
-    : scene_(simulation.scene()),
-      simulation_(simulation),
-      dynamics_(simulation.dynamics()),
-      cost_(cost),
-      channels_(simulation),
-      images_(scene_, channels_),
-      writer_(path, images_.bodies(), frame_series(more),
-              {.title = scene_.source.title,
-               .case_text = scene_.source.resolved_text,
-               .compute = simulation.compute(),
-               .force = force,
-               .step_series = step_series(dynamics_),
-               .records = trajectory_records(channels_),
-               .sewn = images_.sewn(),
-               .precision = scene_.source.output.precision,
-               .compression = scene_.source.output.compression,
-               .compression_error = scene_.source.output.compression_error,
-               .commit_interval = commit_interval},
-              images_.positions(scene_.initial_position)) {}
-
-std::vector<Series> FrameRecorder::frame_series(const std::vector<Series>& more) const {
-  std::vector<Series> series = energy_series(dynamics_);
+// Returns the series of frames. FrameRecorder::frame_values() gives their values in this order.
+std::vector<Series> frame_series(const Simulation& simulation, const std::vector<Series>& more) {
+  std::vector<Series> series = energy_series(simulation.dynamics());
   series.push_back({"smallest_gap", "m"});
   series.push_back({"largest_stretch", "1"});
   series.push_back({"sleeping_bodies", "1"});
-  if (simulation_.integrator().path_point()) {
+  if (simulation.integrator().path_point()) {
     series.push_back({"load_factor", "1"});
     series.push_back({"negative_directions", "1"});
   }
@@ -164,6 +141,61 @@ std::vector<Series> FrameRecorder::frame_series(const std::vector<Series>& more)
     series.push_back({column.name, column.units});
   series.insert(series.end(), more.begin(), more.end());
   return series;
+}
+
+}  // namespace
+
+TrajectoryContents recorded_contents(const Simulation& simulation,
+                                     const std::vector<Series>& more) {
+  const RecordedChannels channels(simulation);
+  const RecordedImages images(simulation.scene(), channels);
+  return {images.bodies(), trajectory_records(channels), frame_series(simulation, more),
+          step_series(simulation.dynamics())};
+}
+
+FrameRecorder::FrameRecorder(const Simulation& simulation, const std::string& path, bool force,
+                             Cost& cost, const std::vector<Series>& more)
+    : path_(path),
+      scene_(simulation.scene()),
+      simulation_(simulation),
+      dynamics_(simulation.dynamics()),
+      cost_(cost),
+      channels_(simulation),
+      images_(scene_, channels_),
+      layout_(make_layout(more)),
+      writer_(path, layout_.bodies, layout_.series,
+              {.title = scene_.source.title,
+               .case_text = scene_.source.resolved_text,
+               .compute = simulation.compute(),
+               .force = force,
+               .step_series = layout_.step_series,
+               .records = layout_.records,
+               .sewn = images_.sewn(),
+               .precision = scene_.source.output.precision,
+               .compression = scene_.source.output.compression,
+               .compression_error = scene_.source.output.compression_error,
+               .publish_later = true,
+               .commit_interval = commit_interval},
+              images_.positions(scene_.initial_position)) {}
+
+TrajectoryLayout FrameRecorder::make_layout(const std::vector<Series>& more) const {
+  return {images_.bodies(), frame_series(simulation_, more), step_series(dynamics_),
+          trajectory_records(channels_)};
+}
+
+void FrameRecorder::copy_earlier(int frames) {
+  const CostTimer cost(cost_);
+  copy_frames(path_, frames, layout_, writer_);
+}
+
+void FrameRecorder::publish() { writer_.publish(); }
+
+void FrameRecorder::transfer(StateArchive& archive) {
+  archive(last_counts_, step_rows_);
+  std::size_t count = energies_.size();
+  archive(count);
+  energies_.resize(count);
+  for (auto& [name, energy] : energies_) archive(name, energy);
 }
 
 std::vector<double> FrameRecorder::frame_values(const StateSummary& summary, double largest_stretch,

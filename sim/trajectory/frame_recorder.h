@@ -5,23 +5,39 @@
 #include <vector>
 
 #include "sim/base/bill.h"
+#include "sim/base/state_archive.h"
 #include "sim/channels/recorded_channels.h"
 #include "sim/motion/dynamics.h"
 #include "sim/simulation/simulation.h"
+#include "sim/trajectory/frame_copy.h"
 #include "sim/trajectory/recorded_images.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
 
+// Returns what a FrameRecorder of the simulation would write, without writing it.
+TrajectoryContents recorded_contents(const Simulation& simulation,
+                                     const std::vector<TrajectoryWriter::Series>& more = {});
+
 // Writes the frames of a run and one row of values per step. A frame has positions, channels,
 // energies, counters and phase times.
 class FrameRecorder {
  public:
-  // Creates the trajectory at `path`. `more` lists series in addition to those of every run. The
-  // cost of frames and commits is added to `cost`, which must outlive the recorder. The costs of
-  // this constructor, of add_step() and of the energies of frames are not added. Throws FileError.
+  // Creates the trajectory, which gets the name `path` by publish(). `more` lists series in
+  // addition to those of every run. The cost of frames and commits is added to `cost`, which must
+  // outlive the recorder. The costs of this constructor, of add_step() and of the energies of
+  // frames are not added. Throws FileError.
   FrameRecorder(const Simulation& simulation, const std::string& path, bool force, Cost& cost,
                 const std::vector<TrajectoryWriter::Series>& more = {});
+
+  // Copies the first `frames` frames of the file that has the name so far. Must be called before
+  // publish(). Throws FileError.
+  void copy_earlier(int frames);
+  // Gives the file its name. Throws FileError.
+  void publish();
+  // Writes or reads all data of this object that later frames depend on: a recorder that has read
+  // them, and copied the frames so far, goes on as the one that wrote them.
+  void transfer(StateArchive& archive);
 
   // Adds a row about the last step of the simulation. The row is written with the next frame.
   void add_step(const Simulation& simulation);
@@ -44,11 +60,11 @@ class FrameRecorder {
   void check_in_place() const { writer_.check_in_place(); }
 
  private:
-  std::vector<TrajectoryWriter::Series> frame_series(
-      const std::vector<TrajectoryWriter::Series>& more) const;
+  TrajectoryLayout make_layout(const std::vector<TrajectoryWriter::Series>& more) const;
   std::vector<double> frame_values(const StateSummary& summary, double largest_stretch,
                                    const IntegratorCounts& counts) const;
 
+  std::string path_;
   const Scene& scene_;
   const Simulation& simulation_;
   Dynamics& dynamics_;
@@ -59,6 +75,7 @@ class FrameRecorder {
   std::vector<std::pair<std::string, double>> energies_;
   RecordedChannels channels_;
   RecordedImages images_;
+  TrajectoryLayout layout_;
   TrajectoryWriter writer_;
 };
 

@@ -118,15 +118,18 @@ class TrajectoryWriter {
     // Largest change of a coordinate by Compression::bounded (m, > 0), in addition to the rounding
     // to `precision`.
     double compression_error = 1e-6;
+    // If true, the file keeps its temporary name until publish().
+    bool publish_later = false;
     // Wall time between commits (s). write_frame() commits the waiting frames if this time has
     // passed since the last commit, or if they occupy 64 MiB.
     double commit_interval = 0;
   };
   // Creates the file `path` and its sidecar. The file has a temporary name until its header is
-  // complete and flushed. It is locked while the writer lives (file_lock.h). `initial_positions`
-  // (m) holds one list per body, by particle; lists of bodies that move are not read and may be
-  // empty. Throws FileError if a file cannot be written, or if it exists and `force` is false. Even
-  // with `force`, throws it if another writer holds the lock of the old file.
+  // complete and flushed (or until publish(), see Options::publish_later). It is locked while the
+  // writer lives (file_lock.h). `initial_positions` (m) holds one list per body, by particle; lists
+  // of bodies that move are not read and may be empty. Throws FileError if a file cannot be
+  // written, or if it exists and `force` is false. Even with `force`, throws it if another writer
+  // holds the lock of the old file.
   TrajectoryWriter(const std::string& path, std::vector<TrajectoryBody> bodies,
                    std::vector<Series> series, Options options,
                    const std::vector<std::span<const Vec3>>& initial_positions);
@@ -150,6 +153,10 @@ class TrajectoryWriter {
   // killed within this call, either all or none of these frames can be read. Throws FileError like
   // write_frame(). The destructor commits too, but ignores errors.
   void commit();
+  // Commits, and gives the file its name: an old file of that name is replaced at once, by a file
+  // with all frames so far. Precondition: Options::publish_later; called once. Throws FileError
+  // like the constructor.
+  void publish();
   // Commits, and writes the end of the run. No frame may follow. Throws FileError like
   // write_frame().
   void finish(const RunEnd& end);
@@ -165,6 +172,14 @@ class TrajectoryWriter {
  private:
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;
+};
+
+// The names, shapes and units of all that a trajectory holds.
+struct TrajectoryContents {
+  std::vector<TrajectoryBody> bodies;
+  std::vector<TrajectoryRecord> records;
+  std::vector<TrajectoryWriter::Series> series;       // one value per frame
+  std::vector<TrajectoryWriter::Series> step_series;  // one value per step
 };
 
 // Reads a trajectory, even if its run was killed or is still going on. Preconditions: indices of
@@ -206,6 +221,16 @@ class TrajectoryReader {
   std::vector<TrajectoryWriter::Series> series() const;
   // Returns the values of a series, one per frame. Throws FileError for an unknown name.
   std::vector<double> series_values(const std::string& name) const;
+  // Returns the series of steps; empty if the file has none.
+  std::vector<TrajectoryWriter::Series> step_series() const;
+  // Returns the values of a series of steps, one per step. All of these series have the same number
+  // of values: steps that not all of them had when the file was opened are left out. Throws
+  // FileError for an unknown name.
+  std::vector<double> step_values(const std::string& name) const;
+  TrajectoryContents contents() const;
+  // Returns the first `count` values of a series by step (/steps). Throws FileError for an unknown
+  // name, or if there are fewer.
+  std::vector<double> step_values(const std::string& name, std::int64_t count) const;
 
  private:
   struct Implementation;

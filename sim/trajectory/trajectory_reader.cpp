@@ -84,6 +84,7 @@ struct TrajectoryReader::Implementation {
   TrajectoryBody read_body(const std::string& name) const;
   void read_spline(hid_t group, TrajectoryBody& body) const;
   std::vector<TrajectoryField> read_fields(hid_t group, std::size_t axes) const;
+  void read_step_series();
   void find_records(const std::string& group, const std::string& channel);
   std::vector<int> read_particles(hid_t group, std::size_t texels) const;
   void read_sewn();
@@ -101,6 +102,8 @@ struct TrajectoryReader::Implementation {
   std::vector<TrajectoryRecord> records;
   std::vector<SewnParticles> sewn;
   std::vector<TrajectoryWriter::Series> series;
+  std::vector<TrajectoryWriter::Series> step_series;
+  hsize_t steps = 0;  // number of steps that all series of steps have
 };
 
 void TrajectoryReader::Implementation::read_header() {
@@ -142,9 +145,22 @@ void TrajectoryReader::Implementation::read_header() {
     const Handle dataset = access.open_dataset(series_group.get(), name);
     series.push_back({name, access.read_string(dataset.get(), "units")});
   }
+  read_step_series();
   for (const Channel& channel : all_channels()) {
     if (channel.home != Channel::Home::texels && has(file.get(), channel.name))
       find_records(channel.name, channel.name);
+  }
+}
+
+void TrajectoryReader::Implementation::read_step_series() {
+  if (!has(file.get(), "steps")) return;
+  const Handle group = access.open_group(file.get(), "steps");
+  for (const std::string& name : access.members(group.get())) {
+    const Handle dataset = access.open_dataset(group.get(), name);
+    const std::vector<hsize_t> shape = access.dimensions(dataset.get());
+    if (shape.size() != 1) access.reject("dataset steps/" + name + " is not a list of numbers");
+    steps = step_series.empty() ? shape[0] : std::min(steps, shape[0]);
+    step_series.push_back({name, access.read_string(dataset.get(), "units")});
   }
 }
 
@@ -461,6 +477,33 @@ std::vector<double> TrajectoryReader::series_values(const std::string& name) con
   }
   return read_whole(implementation_->access.path(), [&] {
     return implementation_->read_list("series/" + name, implementation_->times.size());
+  });
+}
+
+std::vector<TrajectoryWriter::Series> TrajectoryReader::step_series() const {
+  return implementation_->step_series;
+}
+
+std::vector<double> TrajectoryReader::step_values(const std::string& name) const {
+  const hdf5::QuietErrors quiet;
+  const auto& series = implementation_->step_series;
+  if (std::ranges::find(series, name, &TrajectoryWriter::Series::name) == series.end())
+    implementation_->access.reject("has no series of steps " + name);
+  return read_whole(implementation_->access.path(), [&] {
+    return implementation_->read_list("steps/" + name, implementation_->steps);
+  });
+}
+
+TrajectoryContents TrajectoryReader::contents() const {
+  return {bodies(), records(), series(), step_series()};
+}
+
+std::vector<double> TrajectoryReader::step_values(const std::string& name,
+                                                  std::int64_t count) const {
+  const hdf5::QuietErrors quiet;
+  if (count < 0) implementation_->access.reject("has a negative number of steps");
+  return read_whole(implementation_->access.path(), [&] {
+    return implementation_->read_list("steps/" + name, static_cast<hsize_t>(count));
   });
 }
 

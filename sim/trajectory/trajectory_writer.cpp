@@ -12,6 +12,7 @@
 
 #include "sim/base/hdf5_handle.h"
 #include "sim/trajectory/commit_driver.h"
+#include "sim/trajectory/creation_properties.h"
 #include "sim/trajectory/file_lock.h"
 #include "sim/trajectory/frame_batch.h"
 #include "sim/trajectory/frame_views.h"
@@ -50,43 +51,6 @@ std::vector<int> triangle_texels(const bsi::Atlas& atlas) {
     }
   }
   return result;
-}
-
-// While an object of this class lives, HDF5's default properties of groups have no time stamps.
-// HDF5 creates the root group with the default properties, whatever the caller asks for. Without
-// time stamps, equal runs write equal bytes.
-class DefaultGroupsWithoutTimes {
- public:
-  DefaultGroupsWithoutTimes() {
-    H5Pget_obj_track_times(H5P_GROUP_CREATE_DEFAULT, &tracked_before_);
-    H5Pset_obj_track_times(H5P_GROUP_CREATE_DEFAULT, false);
-  }
-  ~DefaultGroupsWithoutTimes() {
-    H5Pset_obj_track_times(H5P_GROUP_CREATE_DEFAULT, tracked_before_);
-  }
-  DefaultGroupsWithoutTimes(const DefaultGroupsWithoutTimes&) = delete;
-  DefaultGroupsWithoutTimes& operator=(const DefaultGroupsWithoutTimes&) = delete;
-
- private:
-  hbool_t tracked_before_ = true;
-};
-
-// Returns creation properties of datasets without time stamps, so that equal runs write equal
-// bytes.
-Handle dataset_properties() {
-  Handle properties(H5Pcreate(H5P_DATASET_CREATE));
-  H5Pset_obj_track_times(properties.get(), false);
-  return properties;
-}
-
-// Returns creation properties of the group /run. They reserve room in its header for the attributes
-// that are written when the run ends.
-Handle end_properties() {
-  Handle properties(H5Pcreate(H5P_GROUP_CREATE));
-  H5Pset_obj_track_times(properties.get(), false);
-  H5Pset_attr_phase_change(properties.get(), 64, 0);
-  H5Pset_est_link_info(properties.get(), 32, 32);
-  return properties;
 }
 
 [[maybe_unused]] bool same_size(const bsi::Atlas& atlas) {
@@ -170,6 +134,7 @@ struct TrajectoryWriter::Implementation {
   std::vector<Handle> series_datasets, step_datasets, record_datasets;
   std::optional<FrameViews> views;
   XdmfFile sidecar;
+  std::string waiting_sidecar;  // text of frames that are committed before publish()
   FrameBatch batch;
   int committed_frames = 0;
   hsize_t committed_steps = 0;
@@ -231,6 +196,8 @@ void TrajectoryWriter::Implementation::create_root() {
   series_group = make_group(file.get(), "series", ordered);
   step_group = make_group(file.get(), "steps", ordered);
   views.emplace(access, file.get(), bodies, options.precision);
+  sidecar.begin(std::filesystem::path(access.path()).filename().string(),
+                views->surfaces_at_rest());
   write_sewn();
 }
 
@@ -363,9 +330,9 @@ void TrajectoryWriter::Implementation::publish() {
   while (!replace_old_file()) {
   }
   temporary.clear();
-  sidecar.create(sidecar_of(access.path()),
-                 std::filesystem::path(access.path()).filename().string(),
-                 views->surfaces_at_rest());
+  sidecar.create(sidecar_of(access.path()));
+  if (!waiting_sidecar.empty()) sidecar.append(waiting_sidecar);
+  waiting_sidecar.clear();
 }
 
 // Renames the new file, which is locked, to its final name. Before it replaces an old file, it
@@ -499,7 +466,11 @@ void TrajectoryWriter::Implementation::write_batch() {
   }
   append_values(time.get(), start, batch.times());
   flush(action());
-  sidecar.append(sidecar_text);
+  if (temporary.empty()) {
+    sidecar.append(sidecar_text);
+  } else {
+    waiting_sidecar += sidecar_text;
+  }
 }
 
 void TrajectoryWriter::Implementation::commit() {
@@ -566,7 +537,7 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<Trajecto
   self.time = create_list(self.access, self.file.get(), "time");
   self.access.write_attribute(self.file.get(), "time_units", std::string("s"));
   self.access.check(set_commit_mark(self.file.get(), self.time.get()), "set up HDF5");
-  self.publish();
+  if (!self.options.publish_later) self.publish();
 }
 
 TrajectoryWriter::~TrajectoryWriter() {
@@ -576,6 +547,12 @@ TrajectoryWriter::~TrajectoryWriter() {
   } catch (const std::exception&) {
     // Committed frames remain. A caller that needs to know of errors calls commit() itself.
   }
+}
+
+void TrajectoryWriter::publish() {
+  const hdf5::QuietErrors quiet;
+  implementation_->commit();
+  implementation_->publish();
 }
 
 int TrajectoryWriter::frames() const {

@@ -48,11 +48,13 @@ XdmfFile::~XdmfFile() {
   if (descriptor_ >= 0) close(descriptor_);
 }
 
-void XdmfFile::create(const std::string& path, const std::string& trajectory,
-                      const std::vector<XdmfSurface>& at_rest) {
-  path_ = path;
+void XdmfFile::begin(const std::string& trajectory, const std::vector<XdmfSurface>& at_rest) {
   trajectory_ = escape(trajectory);
   for (const XdmfSurface& surface : at_rest) at_rest_ += text_of(surface);
+}
+
+void XdmfFile::create(const std::string& path) {
+  path_ = path;
   const std::string temporary = path + "." + std::to_string(getpid()) + ".tmp";
   descriptor_ = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor_ < 0) fail(path);

@@ -36,15 +36,16 @@ class XdmfFile {
   XdmfFile& operator=(const XdmfFile&) = delete;
   ~XdmfFile();
 
-  // Creates the sidecar without frames, and replaces any file at `path`. `trajectory` is the name
-  // of the HDF5 file in the same folder. `at_rest` lists the surfaces that do not move. Throws
-  // FileError.
-  void create(const std::string& path, const std::string& trajectory,
-              const std::vector<XdmfSurface>& at_rest);
+  // Must be called first. `trajectory` is the name of the HDF5 file in the folder of the sidecar.
+  // `at_rest` lists the surfaces that do not move.
+  void begin(const std::string& trajectory, const std::vector<XdmfSurface>& at_rest);
+  // Creates the sidecar without frames, and replaces any file at `path`. Throws FileError.
+  void create(const std::string& path);
   // Returns the text of the next frame, at `time` (s), for append(). `moving` lists the surfaces
   // that move; their number must be the same for every frame.
   std::string describe(double time, const std::vector<XdmfSurface>& moving);
-  // Writes the texts of one or more frames. Throws FileError.
+  // Writes the texts of one or more frames. Precondition: create() has been called. Throws
+  // FileError.
   void append(const std::string& frames);
 
  private:

@@ -23,7 +23,7 @@ endif()
 
 # bsi/ alone is found, linked and run on a machine without the packages of the other rooms.
 set(without "")
-foreach(package SUNDIALS HDF5 OpenGL PNG PkgConfig tomlplusplus nlohmann_json CLI11 GTest)
+foreach(package SUNDIALS HDF5 OpenGL PNG PkgConfig tomlplusplus muparser nlohmann_json CLI11 GTest)
   list(APPEND without -D CMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
 endforeach()
 run(${configure} -B ${work}/bsi -D components=bsi ${without})

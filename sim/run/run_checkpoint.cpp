@@ -1,0 +1,109 @@
+#include "sim/run/run_checkpoint.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string_view>
+
+#include "sim/base/file_error.h"
+#include "sim/base/fingerprint.h"
+
+namespace weft::sim {
+
+namespace {
+
+// First bytes of a checkpoint. The fingerprint and the contents follow.
+constexpr std::string_view checkpoint_mark = "weft checkpoint 1, version " WEFT_VERSION "\n";
+
+std::uint64_t fingerprint_of(std::string_view contents) {
+  Fingerprint fingerprint;
+  fingerprint.add(contents);
+  return fingerprint.value();
+}
+
+void write_checkpoint_file(const std::string& path, const std::string& contents) {
+  const std::uint64_t fingerprint = fingerprint_of(contents);
+  errno = 0;
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  file << checkpoint_mark;
+  file.write(reinterpret_cast<const char*>(&fingerprint), sizeof fingerprint);
+  file.write(contents.data(), static_cast<std::streamsize>(contents.size()));
+  file.close();
+  if (file) return;
+  const int error = errno;
+  std::remove(path.c_str());
+  throw FileError(path + ": cannot write: " + std::strerror(error != 0 ? error : EIO));
+}
+
+}  // namespace
+
+void RunCheckpoint::transfer(StateArchive& archive) {
+  archive(case_text, time, accuracy_choice, estimates_error, is_complete, reached, steps, frames,
+          last_frame_time, next_frame, smallest_gap, largest_stretch, bill, simulation, recorder,
+          monitor);
+  std::size_t count = energies.size();
+  archive(count);
+  energies.resize(count);
+  for (auto& [name, energy] : energies) archive(name, energy);
+}
+
+std::string checkpoint_path(const std::string& trajectory) {
+  return std::filesystem::path(trajectory).replace_extension(".checkpoint").string();
+}
+
+void write_checkpoint(const std::string& trajectory, RunCheckpoint checkpoint) {
+  StateArchive archive;
+  checkpoint.transfer(archive);
+  const std::string path = checkpoint_path(trajectory), temporary = path + ".tmp";
+  write_checkpoint_file(temporary, archive.bytes());
+  if (std::rename(temporary.c_str(), path.c_str()) == 0) return;
+  const int error = errno;
+  std::remove(temporary.c_str());
+  throw FileError(path + ": cannot write: " + std::strerror(error));
+}
+
+std::optional<RunCheckpoint> read_checkpoint(const std::string& trajectory) {
+  const std::string path = checkpoint_path(trajectory);
+  if (!std::filesystem::exists(path)) return std::nullopt;
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  if (!file) throw FileError(path + ": cannot be read");
+  if (!std::string_view(bytes).starts_with(checkpoint_mark))
+    throw FileError(path + ": is not a checkpoint of this version of Weft");
+  std::string_view contents = std::string_view(bytes).substr(checkpoint_mark.size());
+  std::uint64_t fingerprint = 0;
+  RunCheckpoint checkpoint;
+  try {
+    StateArchive head(contents.substr(0, sizeof fingerprint));
+    head(fingerprint);
+    contents.remove_prefix(sizeof fingerprint);
+    if (fingerprint != fingerprint_of(contents)) throw std::invalid_argument("damaged");
+    StateArchive archive(contents);
+    checkpoint.transfer(archive);
+    if (!archive.is_at_end()) throw std::invalid_argument("damaged");
+  } catch (const std::invalid_argument&) {
+    throw FileError(path + ": is damaged");
+  }
+  return checkpoint;
+}
+
+void remove_checkpoint(const std::string& trajectory) {
+  std::remove(checkpoint_path(trajectory).c_str());
+}
+
+bool WaitingCheckpoint::is_due(double pause) const {
+  constexpr double interval = 0.25;  // s, as between two commits of frames
+  const std::chrono::duration<double> age = std::chrono::steady_clock::now() - last_write_;
+  return waiting_ && age.count() + pause >= interval;
+}
+
+void WaitingCheckpoint::write() {
+  if (!waiting_) return;
+  write_checkpoint(trajectory_, *std::exchange(waiting_, std::nullopt));
+  last_write_ = std::chrono::steady_clock::now();
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,181 @@
+#include "sim/sweep/run_folder.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
+
+#include "sim/base/file_error.h"
+#include "sim/run/numerics_version.h"
+#include "sim/sweep/whole_file.h"
+#include "sim/trajectory/file_lock.h"
+
+namespace weft::sim {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t name_digits = 16;
+constexpr const char* attempt_prefix = "attempt_";
+constexpr std::array failure_names{
+    "", "bad_case", "numerical_failure", "input_output", "over_time", "over_memory", "signal"};
+// Files that an attempt leaves to its run, and those with which another attempt can go on.
+constexpr std::array kept_files{"run.toml", "run.h5", "run.xdmf", "run.checkpoint", "log.txt"};
+constexpr std::array resumed_files{"run.h5", "run.xdmf", "run.checkpoint"};
+
+std::vector<fs::path> attempts_in(const fs::path& folder) {
+  std::vector<fs::path> attempts;
+  std::error_code missing;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, missing)) {
+    if (entry.path().filename().string().starts_with(attempt_prefix))
+      attempts.push_back(entry.path());
+  }
+  std::ranges::sort(attempts);
+  return attempts;
+}
+
+bool is_in_use(const fs::path& attempt) { return is_locked((attempt / "in_use").string()); }
+
+Json result_json(const RunResult& result) {
+  Json json{{"hash", result.hash},
+            {"status", result.is_done() ? "done" : "failed"},
+            {"failure", result.is_done() ? Json() : Json(failure_name(result.failure))},
+            {"reason", result.reason.empty() ? Json() : Json(result.reason)},
+            {"exit_code", result.exit_code},
+            {"signal", result.signal},
+            {"attempts", result.attempts},
+            {"wall_s", result.wall_seconds},
+            {"cpu_s", result.cpu_seconds},
+            {"peak_memory_mib", result.peak_memory},
+            {"weft_version", result.version},
+            {"numerics", numerics_version}};
+  const Json report = Json::parse(result.report, nullptr, false);
+  json["report"] = report.is_discarded() ? Json() : report;
+  return json;
+}
+
+RunResult result_from(const Json& json) {
+  RunResult result;
+  json.at("hash").get_to(result.hash);
+  if (json.at("status") != "done") {
+    const auto name = std::ranges::find(failure_names, json.at("failure").get<std::string>());
+    if (name == failure_names.end()) throw Json::other_error::create(501, "failure", nullptr);
+    result.failure = static_cast<RunResult::Failure>(name - failure_names.begin());
+  }
+  if (!json.at("reason").is_null()) json.at("reason").get_to(result.reason);
+  json.at("exit_code").get_to(result.exit_code);
+  json.at("signal").get_to(result.signal);
+  json.at("attempts").get_to(result.attempts);
+  json.at("wall_s").get_to(result.wall_seconds);
+  json.at("cpu_s").get_to(result.cpu_seconds);
+  json.at("peak_memory_mib").get_to(result.peak_memory);
+  json.at("weft_version").get_to(result.version);
+  if (!json.at("report").is_null()) result.report = json.at("report").dump();
+  return result;
+}
+
+}  // namespace
+
+const char* failure_name(RunResult::Failure failure) {
+  return failure_names[static_cast<std::size_t>(failure)];
+}
+
+const char* state_name(RunState state) {
+  constexpr std::array names{"not begun", "running", "interrupted", "done", "failed"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+RunAttempt::RunAttempt(RunAttempt&& other) noexcept
+    : folder_(std::move(other.folder_)),
+      lock_(std::exchange(other.lock_, -1)),
+      resumes_(other.resumes_) {}
+
+RunAttempt::~RunAttempt() {
+  if (lock_ >= 0) close(lock_);
+}
+
+bool RunAttempt::is_ours() const { return names_open_file(lock_path().string(), lock_); }
+
+RunFolder::RunFolder(const fs::path& sweep, const std::string& hash)
+    : path_(sweep / "runs" / hash.substr(0, name_digits)), hash_(hash) {}
+
+std::optional<RunResult> RunFolder::result() const {
+  const std::optional<std::string> text = read_whole_file(path_ / "result.json");
+  if (!text) return std::nullopt;
+  try {
+    RunResult result = result_from(Json::parse(*text));
+    return result.hash == hash_ ? std::optional(result) : std::nullopt;
+  } catch (const Json::exception&) {
+    return std::nullopt;
+  }
+}
+
+RunState RunFolder::state_without_result() const {
+  const std::vector<fs::path> attempts = attempts_in(path_);
+  if (std::ranges::any_of(attempts, is_in_use)) return RunState::running;
+  return attempts.empty() ? RunState::not_begun : RunState::interrupted;
+}
+
+std::optional<RunAttempt> RunFolder::begin(const std::string& case_text, bool anew) const {
+  const std::vector<fs::path> earlier = attempts_in(path_);
+  if (std::ranges::any_of(earlier, is_in_use)) return std::nullopt;
+  const fs::path folder = path_ / (attempt_prefix + process_name());
+  std::error_code error;
+  if (!anew && !earlier.empty()) {
+    fs::rename(earlier.front(), folder, error);
+    if (error) return std::nullopt;  // another worker was quicker
+  }
+  for (const fs::path& each : earlier) {
+    if (each != folder || anew) fs::remove_all(each, error);
+  }
+  error.clear();
+  fs::create_directories(folder, error);
+  if (error) throw FileError(folder.string() + ": cannot create: " + error.message());
+  // The process of the run inherits the lock (ChildProcess), so that it lasts as long as both.
+  const int lock = open((folder / "in_use").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (lock < 0) throw FileError(folder.string() + ": cannot be locked: " + std::strerror(errno));
+  RunAttempt attempt(folder, lock, false);
+  if (!lock_open_file(lock)) return std::nullopt;
+  take_over_failed(folder, anew);
+  write_whole_file(folder / "run.toml", case_text);
+  attempt.resumes_ = fs::exists(folder / "run.checkpoint");
+  return attempt;
+}
+
+void RunFolder::take_over_failed(const fs::path& attempt, bool anew) const {
+  if (!fs::exists(path_ / "result.json")) return;
+  std::error_code ignored;  // without these files the run begins anew
+  for (const char* name : resumed_files) {
+    if (anew) {
+      fs::remove(path_ / name, ignored);
+    } else {
+      fs::rename(path_ / name, attempt / name, ignored);
+    }
+  }
+  fs::remove(path_ / "result.json", ignored);
+}
+
+bool RunFolder::finish(RunAttempt attempt, const RunResult& result) const {
+  if (!attempt.is_ours()) return false;
+  for (const char* name : kept_files) {
+    std::error_code error;
+    if (!fs::exists(attempt.folder() / name)) continue;
+    fs::rename(attempt.folder() / name, path_ / name, error);
+    if (error) throw FileError((path_ / name).string() + ": cannot be written: " + error.message());
+  }
+  write_whole_file(path_ / "result.json",
+                   result_json(result).dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
+  std::error_code ignored;  // a folder that stays is an attempt that nobody goes on with
+  fs::remove_all(attempt.folder(), ignored);
+  return true;
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,108 @@
+// The folder of a run: its state lies in its files alone.
+//
+//   runs/HASH/run.toml      the case
+//   runs/HASH/run.h5, .xdmf the trajectory, and run.checkpoint beside it
+//   runs/HASH/log.txt       the messages of the run
+//   runs/HASH/result.json   the end of the run; written last, aside and renamed
+//   runs/HASH/attempt_*/    the files of a run that goes on or was interrupted
+//
+// HASH are the first 16 digits of the hash of the run.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace weft::sim {
+
+// The end of a run.
+struct RunResult {
+  // The kind of the failure; `none` for a run that is done.
+  enum class Failure {
+    none,
+    bad_case,      // the case cannot be simulated, for example because bodies start in each other
+    numerical,     // weft run ended with a numerical failure
+    input_output,  // a file could not be read or written, or memory could not be had
+    over_time,     // limits.time
+    over_memory,   // limits.memory
+    signal         // a crash, or a signal from outside
+  };
+  std::string hash;
+  Failure failure = Failure::none;
+  std::string reason;  // of a failure, in words
+  int exit_code = 0;   // of weft run; meaningless after a signal
+  int signal = 0;      // signal that ended the process, or 0
+  int attempts = 1;
+  double wall_seconds = 0, cpu_seconds = 0;
+  double peak_memory = 0;  // MiB, resident
+  std::string version;     // of Weft
+  std::string report;      // the JSON object that weft run printed; empty without
+
+  bool is_done() const { return failure == Failure::none; }
+};
+
+// Returns the name of a failure as result.json and tables write it: "over_time".
+const char* failure_name(RunResult::Failure failure);
+
+enum class RunState { not_begun, running, interrupted, done, failed };
+// Returns the state in words: "not begun".
+const char* state_name(RunState state);
+
+// The files of a run while it goes on. The lock of the attempt is held until the object and all
+// processes that inherit lock_descriptor() are gone.
+class RunAttempt {
+ public:
+  ~RunAttempt();
+  RunAttempt(RunAttempt&& other) noexcept;
+  RunAttempt& operator=(RunAttempt&&) = delete;
+
+  const std::filesystem::path& folder() const { return folder_; }
+  int lock_descriptor() const { return lock_; }
+  // True if the attempt has a checkpoint of an earlier one, from which the run can go on.
+  bool resumes() const { return resumes_; }
+  // True if the folder still belongs to this attempt.
+  bool is_ours() const;
+
+ private:
+  friend class RunFolder;
+  RunAttempt(std::filesystem::path folder, int lock, bool resumes)
+      : folder_(std::move(folder)), lock_(lock), resumes_(resumes) {}
+  std::filesystem::path lock_path() const { return folder_ / "in_use"; }
+
+  std::filesystem::path folder_;
+  int lock_;
+  bool resumes_;
+};
+
+class RunFolder {
+ public:
+  // `sweep` is the folder of the sweep.
+  RunFolder(const std::filesystem::path& sweep, const std::string& hash);
+
+  const std::filesystem::path& path() const { return path_; }
+
+  // Returns the result, or nothing while the run has not ended. A file that is damaged, or that
+  // belongs to another hash with the same first digits, counts as no result.
+  std::optional<RunResult> result() const;
+  // Returns the state of a run without a result.
+  RunState state_without_result() const;
+
+  // Begins an attempt with the case as run.toml. Returns nothing if another worker is at this run.
+  // The attempt takes over the files of an attempt that was interrupted or, if the run has failed,
+  // of that run, whose result it removes. If `anew`, these files are removed instead. Throws
+  // FileError.
+  std::optional<RunAttempt> begin(const std::string& case_text, bool anew = false) const;
+
+  // Moves the files of the attempt into the folder, then writes the result. Returns false if the
+  // attempt was taken over by another worker; nothing is then written. Throws FileError.
+  bool finish(RunAttempt attempt, const RunResult& result) const;
+
+ private:
+  // Moves the files of a run that has failed into the attempt, or removes them if `anew`.
+  void take_over_failed(const std::filesystem::path& attempt, bool anew) const;
+
+  std::filesystem::path path_;
+  std::string hash_;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,68 @@
+// Shows a sweep while it runs, on standard error, and keeps its summary up to date.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <list>
+#include <string>
+#include <vector>
+
+#include "sim/sweep/local_engine.h"
+#include "sim/sweep/sweep_outputs.h"
+#include "sim/sweep/sweep_records.h"
+
+namespace weft::sim {
+
+// Prints a line per run that ends. On a terminal, a table below these lines shows the runs that go
+// on, with their progress, and the remaining time. `records` must have one entry per run of the
+// plan. It and `collector` outlive the object.
+class SweepMonitor final : public EngineObserver {
+ public:
+  struct Options {
+    int processes = 1;
+    bool quiet = false;          // prints nothing
+    bool writes_summary = true;  // rewrites summary.csv as runs end, at most once a second
+  };
+  SweepMonitor(std::filesystem::path directory, const SweepPlan& plan,
+               std::vector<RunRecord>& records, OutputCollector& collector, const Options& options);
+  ~SweepMonitor() override;
+  SweepMonitor(const SweepMonitor&) = delete;
+  SweepMonitor& operator=(const SweepMonitor&) = delete;
+
+  void begun(std::size_t index, int attempt, const std::filesystem::path& log) override;
+  void ended(std::size_t index, const RunResult& result) override;
+  void interrupted(std::size_t index) override;
+  void left_to_another(std::size_t index) override;
+  void idle() override;
+  // Writes the summary with all results so far.
+  void write_last_summary();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Shown {
+    std::size_t index;
+    std::filesystem::path log;
+    Clock::time_point start;
+  };
+
+  void print(std::size_t index, const std::string& text);
+  void erase_table();
+  void draw_table();
+  std::string line_of(const Shown& run) const;
+  std::string remaining_text() const;
+
+  std::filesystem::path directory_;
+  const SweepPlan& plan_;
+  std::vector<RunRecord>& records_;
+  OutputCollector& collector_;
+  Options options_;
+  bool terminal_;
+  std::list<Shown> shown_;
+  int lines_drawn_ = 0;
+  int ended_here_ = 0;       // runs that this object saw end
+  double seconds_here_ = 0;  // their wall time, s
+  int to_do_ = 0;            // runs without a result
+  Clock::time_point last_drawn_, next_summary_;
+};
+
+}  // namespace weft::sim

@@ -1,0 +1,115 @@
+#include "sim/sweep/sweep_outputs.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "sim/base/file_error.h"
+#include "sim/case/case_error.h"
+#include "sim/case/case_reader.h"
+#include "sim/probes/outputs.h"
+#include "sim/run/output_check.h"
+#include "sim/run/restart.h"
+#include "sim/scene/scene.h"
+#include "sim/sweep/sweep_values.h"
+
+namespace weft::sim {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+FactorValue factor_value(const std::string& toml) { return {plain_text(toml), number_of(toml)}; }
+
+}  // namespace
+
+std::vector<OutputExpression> joined_outputs(std::vector<OutputExpression> of_case,
+                                             const std::vector<OutputExpression>& of_sweep) {
+  for (const OutputExpression& output : of_sweep) {
+    const auto same = std::ranges::find(of_case, output.name, &OutputExpression::name);
+    if (same == of_case.end()) {
+      of_case.push_back(output);
+    } else {
+      *same = output;
+    }
+  }
+  return of_case;
+}
+
+void check_outputs(const SweepPlan& plan) {
+  const auto outputs = joined_outputs(plan.case_outputs, plan.sweep_outputs);
+  const auto first = std::ranges::find(plan.runs, "", &PlannedRun::refusal);
+  if (outputs.empty() || first == plan.runs.end()) return;
+  Case source = parse_case(first->case_text, plan.sweep);
+  source.outputs = outputs;
+  if (source.awaits_accuracy()) {
+    check_outputs_before_pilot(source, false);
+  } else {
+    read_restart(source);
+    check_outputs(*build_scene(source), false);
+  }
+}
+
+OutputCollector::OutputCollector(fs::path directory, std::vector<OutputExpression> outputs)
+    : directory_(std::move(directory)), outputs_(std::move(outputs)) {}
+
+const std::vector<double>& OutputCollector::values(const std::string& hash) {
+  const auto known = values_.find(hash);
+  return known != values_.end() ? known->second
+                                : values_.emplace(hash, compute(hash)).first->second;
+}
+
+std::vector<double> OutputCollector::compute(const std::string& hash) {
+  std::vector<double> values(outputs_.size(), std::numeric_limits<double>::quiet_NaN());
+  const fs::path trajectory = RunFolder(directory_, hash).path() / "run.h5";
+  std::error_code unknown;
+  if (outputs_.empty() || !fs::exists(trajectory, unknown)) return values;
+  const auto complain = [&](const std::string& reason) {
+    if (std::ranges::find(complaints_, reason) == complaints_.end()) complaints_.push_back(reason);
+  };
+  try {
+    const TrajectoryReader reader(trajectory.string());
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      try {
+        values[i] = evaluate_outputs({outputs_[i]}, reader).front().second;
+      } catch (const CaseError& error) {
+        complain(error.what());
+      }
+    }
+  } catch (const FileError& error) {
+    complain(error.what());
+  }
+  return values;
+}
+
+Summary summary_of(const SweepPlan& plan, const std::vector<RunRecord>& records,
+                   OutputCollector& collector) {
+  Summary summary;
+  summary.factors = plan.factors;
+  for (const OutputExpression& output : collector.outputs()) summary.outputs.push_back(output.name);
+  const std::vector<double> none(summary.outputs.size(), std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < plan.runs.size(); ++i) {
+    const PlannedRun& run = plan.runs[i];
+    const auto& [state, result] = records[i];
+    SummaryRow& row = summary.rows.emplace_back();
+    row.hash = run.hash.substr(0, 16);
+    row.status = state_name(state);
+    row.failure = failure_name(result.failure);
+    row.reason = result.reason;
+    for (const std::string& value : run.values) row.factors.push_back(factor_value(value));
+    row.has_ended = state == RunState::done || state == RunState::failed;
+    const bool has_begun = row.has_ended && run.refusal.empty();
+    row.outputs = has_begun ? collector.values(run.hash) : none;
+    row.wall_time = result.wall_seconds;
+    row.cpu_time = result.cpu_seconds;
+    row.peak_memory = result.peak_memory;
+    row.version = result.version;
+  }
+  return summary;
+}
+
+void write_summary(const fs::path& directory, const SweepPlan& plan,
+                   const std::vector<RunRecord>& records, OutputCollector& collector) {
+  write_summary(summary_of(plan, records, collector), directory);
+}
+
+}  // namespace weft::sim

@@ -1,0 +1,40 @@
+// The plan of a sweep: the list of its runs, frozen when it is made.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/sweep/sweep_case.h"
+
+namespace weft::sim {
+
+struct PlannedRun {
+  std::string hash;                 // run_identity.h; names the folder of the run
+  std::vector<std::string> values;  // TOML, one per factor of the plan
+  // Reason why the case of this combination is refused, with its place; empty for a case that can
+  // run. Such a run has failed from the start.
+  std::string refusal;
+  std::string case_text;  // portable_case_text() (run_identity.h); empty for a refused run
+};
+
+struct SweepPlan {
+  std::string sweep;                 // path of the sweep file
+  std::vector<std::string> factors;  // case keys that vary: factors, then the key of repeats
+  LimitsCase limits;
+  // [outputs] of the case and of the sweep file (sweep_outputs.h).
+  std::vector<OutputExpression> case_outputs, sweep_outputs;
+  std::vector<PlannedRun> runs;
+  int left_out = 0;  // number of combinations that rules leave out
+};
+
+// Plans the runs of a sweep. `overrides` are texts "KEY=VALUE" for all runs, applied after [set].
+// Two calls with the same files give the same plan, on any machine.
+//
+// Throws CaseError for a key or value of the sweep that its case refuses by itself, with its place
+// in the sweep file, for a rule that leaves nothing, and for a sweep of which all runs are refused.
+// A combination that is refused while others are not becomes a run with a refusal. Costs about half
+// a millisecond per run.
+SweepPlan plan_sweep(const SweepCase& sweep, const std::vector<std::string>& overrides = {});
+
+}  // namespace weft::sim

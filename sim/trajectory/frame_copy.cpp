@@ -1,0 +1,97 @@
+#include "sim/trajectory/frame_copy.h"
+
+#include <algorithm>
+
+namespace weft::sim {
+
+namespace {
+
+// The lists of a trajectory: one value, or one vector, per frame or step.
+struct CopiedLists {
+  std::vector<std::vector<double>> series, steps, records;
+  std::vector<std::int64_t> steps_before;  // number of steps before each frame
+};
+
+bool has_same_bodies(const TrajectoryReader& from, const TrajectoryLayout& layout) {
+  return std::ranges::equal(
+      from.bodies(), layout.bodies, [](const TrajectoryBody& a, const TrajectoryBody& b) {
+        return a.name == b.name && a.moves == b.moves && a.fields == b.fields &&
+               a.atlas.texel_count() == b.atlas.texel_count() &&
+               a.atlas.particle_count() == b.atlas.particle_count();
+      });
+}
+
+CopiedLists read_lists(const TrajectoryReader& from, int frames, const TrajectoryLayout& layout) {
+  CopiedLists lists;
+  for (const auto& series : layout.series) lists.series.push_back(from.series_values(series.name));
+  for (const TrajectoryRecord& record : layout.records)
+    lists.records.push_back(from.record_values(record.path));
+  for (const double steps : from.series_values("steps"))
+    lists.steps_before.push_back(static_cast<std::int64_t>(steps));
+  const std::int64_t all = frames == 0 ? 0 : lists.steps_before[frames - 1];
+  for (const auto& series : layout.step_series)
+    lists.steps.push_back(from.step_values(series.name, all));
+  return lists;
+}
+
+// Appends the values of one frame to `values`. The list has `width` numbers per frame.
+void append_frame(const std::vector<double>& list, int frame, int width,
+                  std::vector<double>& values) {
+  const auto first = list.begin() + std::ptrdiff_t{frame} * width;
+  values.insert(values.end(), first, first + width);
+}
+
+// Positions and fields of one frame, and views of them.
+class CopiedImages {
+ public:
+  CopiedImages(const TrajectoryReader& from, int frame) {
+    const auto count = static_cast<int>(from.bodies().size());
+    positions_.resize(count);
+    fields_.resize(count);
+    field_views_.resize(count);
+    for (int b = 0; b < count; ++b) {
+      const TrajectoryBody& body = from.bodies()[b];
+      if (!body.moves) continue;
+      positions_[b] = from.positions(b, frame);
+      for (const TrajectoryField& field : body.fields)
+        fields_[b].push_back(from.field_values(b, field.name, frame));
+      field_views_[b].assign(fields_[b].begin(), fields_[b].end());
+    }
+    position_views_.assign(positions_.begin(), positions_.end());
+  }
+  const std::vector<std::span<const Vec3>>& positions() const { return position_views_; }
+  const std::vector<std::vector<std::span<const double>>>& fields() const { return field_views_; }
+
+ private:
+  std::vector<std::vector<Vec3>> positions_;
+  std::vector<std::vector<std::vector<double>>> fields_;
+  std::vector<std::span<const Vec3>> position_views_;
+  std::vector<std::vector<std::span<const double>>> field_views_;
+};
+
+}  // namespace
+
+void copy_frames(const std::string& path, int frames, const TrajectoryLayout& layout,
+                 TrajectoryWriter& to) {
+  const TrajectoryReader from(path);
+  if (!has_same_bodies(from, layout))
+    throw FileError(path + ": cannot be continued: it has other bodies or fields than this case");
+  if (frames > from.frames())
+    throw FileError(path + ": cannot be continued: it lacks frames that its checkpoint counts");
+  const CopiedLists lists = read_lists(from, frames, layout);
+  std::int64_t step = 0;
+  for (int frame = 0; frame < frames; ++frame) {
+    std::vector<double> series, records, step_rows;
+    for (const auto& list : lists.series) append_frame(list, frame, 1, series);
+    for (std::size_t r = 0; r < lists.records.size(); ++r)
+      append_frame(lists.records[r], frame, layout.records[r].components, records);
+    for (; step < lists.steps_before[frame]; ++step) {
+      for (const auto& column : lists.steps) step_rows.push_back(column.at(step));
+    }
+    const CopiedImages images(from, frame);
+    to.write_frame(from.time(frame), images.positions(), {images.fields(), records}, series,
+                   step_rows);
+  }
+}
+
+}  // namespace weft::sim

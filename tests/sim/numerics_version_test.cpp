@@ -1,0 +1,74 @@
+// Results may move only together with the number of the numerics, by which sweeps know old results.
+#include "sim/run/numerics_version.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "sim/case/case_reader.h"
+#include "sim/run/make_simulation.h"
+
+namespace weft::sim::numerics_version_test {
+namespace {
+
+// A sheet with a pin, bending, drag and friction falls on a ball: 0.05 s with contact.
+constexpr const char* scene = R"(
+[contact]
+friction = 0.3
+[material.cloth]
+density = 0.2
+membrane_stiffness = 300
+bending_stiffness = 1e-5
+stiffness_damping = 1e-3
+normal_drag = 1.0
+[[body]]
+name = "sheet"
+position = [0.01, 0.02, 0.061]
+velocity = [0.1, 0, -1]
+shape = { type = "rectangle", size = [0.12, 0.1], resolution = [7, 9] }
+[[body.pin]]
+corners = ["first_first"]
+[[obstacle]]
+name = "ball"
+shape = { type = "sphere", radius = 0.05, resolution = [9] }
+)";
+
+struct Stored {
+  std::string method;
+  std::vector<Vec3> positions;  // m, of the last vertex and of the one in the middle, at 0.05 s
+};
+
+// Values of numerics_version 1. If a change moves them on purpose, increase the number, and store
+// the values that this test prints.
+constexpr int stored_version = 1;
+const std::vector<Stored> stored{
+    {"cvode", {{0, 0, 0}, {0, 0, 0}}},
+    {"euler", {{0, 0, 0}, {0, 0, 0}}},
+    {"arkode", {{0, 0, 0}, {0, 0, 0}}},
+};
+
+TEST(NumericsVersion, NumberChangesWithTheNumerics) {
+  ASSERT_EQ(numerics_version, stored_version) << "store the values of the new numerics below";
+  for (const Stored& each : stored) {
+    auto simulation = make_simulation(
+        parse_case(scene, "case.toml", {"time.method=" + each.method, "compute.threads=1"}));
+    const auto failure = simulation.advance(0.05);
+    ASSERT_FALSE(failure) << failure->text;
+    const auto positions = simulation.position("sheet");
+    const std::vector<Vec3> now{positions.back(), positions[positions.size() / 2]};
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      EXPECT_LT((now[i] - each.positions[i]).norm(), 1e-9)
+          << each.method << ": results have moved; see sim/run/numerics_version.h. Now: " << [&] {
+               char text[128];
+               std::snprintf(text, sizeof text, "{%.12f, %.12f, %.12f}", now[i].x(), now[i].y(),
+                             now[i].z());
+               return std::string(text);
+             }();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace weft::sim::numerics_version_test

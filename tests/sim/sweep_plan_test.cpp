@@ -1,0 +1,238 @@
+// Plans of sweeps: their runs, their hashes and the file that holds them.
+#include "sim/sweep/sweep_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "sim/base/file_error.h"
+#include "sim/case/case_error.h"
+#include "sim/case/case_reader.h"
+#include "sim/sweep/plan_file.h"
+#include "sim/sweep/run_identity.h"
+#include "sim/sweep/sweep_reader.h"
+#include "tests/temporary_folder.h"
+
+namespace weft::sim::sweep_plan_test {
+namespace {
+
+constexpr const char* base_case = R"(
+[world]
+wind = { mean = [1, 0, 0], intensity = 0.1, time_scale = 0.5 }
+[material.cotton]
+density = 0.2
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [5, 9] }
+)";
+
+class SweepPlanTest : public testing::Test {
+ protected:
+  SweepPlanTest() { folder_.write("base.toml", base_case); }
+
+  SweepPlan plan(const std::string& text, const std::vector<std::string>& overrides = {}) const {
+    return plan_sweep(parse_sweep("case = \"base.toml\"\n" + text, folder_.path("sweep.toml")),
+                      overrides);
+  }
+  std::vector<std::vector<std::string>> values(const std::string& text) const {
+    std::vector<std::vector<std::string>> all;
+    for (const PlannedRun& run : plan(text).runs) all.push_back(run.values);
+    return all;
+  }
+
+  TemporaryFolder folder_;
+};
+
+using Values = std::vector<std::vector<std::string>>;
+
+constexpr const char* two_factors = R"([factors]
+"time.duration" = { list = [0.5, 1] }
+"contact.friction" = { range = [0.1, 0.3], count = 3 }
+)";
+
+TEST_F(SweepPlanTest, AGridHasEveryCombination) {
+  EXPECT_EQ(values(two_factors), (Values{{"0.5", "0.1"},
+                                         {"0.5", "0.2"},
+                                         {"0.5", "0.3"},
+                                         {"1", "0.1"},
+                                         {"1", "0.2"},
+                                         {"1", "0.3"}}));
+  EXPECT_EQ(plan(two_factors).factors,
+            (std::vector<std::string>{"time.duration", "contact.friction"}));
+}
+
+TEST_F(SweepPlanTest, AZipTakesValuesTogether) {
+  EXPECT_EQ(values(R"([factors]
+"time.method" = { list = ["cvode", "euler"] }
+"contact.friction" = { list = [0.1, 0.3] }
+[sample]
+method = "zip"
+)"),
+            (Values{{"\"cvode\"", "0.1"}, {"\"euler\"", "0.3"}}));
+}
+
+TEST_F(SweepPlanTest, AListHasItsRuns) {
+  EXPECT_EQ(values(R"([sample]
+method = "list"
+[[run]]
+set = { "contact.friction" = 0.1, "body.sheet.position" = [0, 0, 1] }
+[[run]]
+set = { "body.sheet.position" = [0, 0, 2], "contact.friction" = 0.3 }
+)"),
+            (Values{{"0.1", "[0, 0, 1]"}, {"0.3", "[0, 0, 2]"}}));
+}
+
+TEST_F(SweepPlanTest, SamplesTakeTheirDistributions) {
+  EXPECT_EQ(values(R"([factors]
+"contact.friction" = { uniform = [0.1, 0.5] }
+"material.cotton.density" = { log_uniform = [0.01, 100] }
+"body.sheet.shape.resolution.0" = { uniform = [5, 8] }
+"time.method" = { list = ["cvode", "euler"] }
+[sample]
+method = "sobol"
+runs = 3
+)"),
+            (Values{{"0.1", "0.01", "5", "\"cvode\""},
+                    {"0.3", "1.0", "7", "\"euler\""},
+                    {"0.4", "0.1", "6", "\"cvode\""}}));
+}
+
+TEST_F(SweepPlanTest, SeedsChooseSamples) {
+  const auto sampled = [&](const std::string& method, int seed) {
+    return values(
+        "[factors]\n\"contact.friction\" = { uniform = [0.1, 0.5] }\n[sample]\nmethod = \"" +
+        method + "\"\nruns = 5\nseed = " + std::to_string(seed) + "\n");
+  };
+  for (const char* method : {"random", "latin_hypercube", "sobol"}) {
+    EXPECT_EQ(sampled(method, 1), sampled(method, 1)) << method;
+    EXPECT_NE(sampled(method, 1), sampled(method, 2)) << method;
+  }
+  EXPECT_EQ(sampled("random", 1), (Values{{"0.1551506104"},  // the same on every machine
+                                          {"0.1552399188"},
+                                          {"0.2993366166"},
+                                          {"0.3301187498"},
+                                          {"0.4746098414"}}));
+}
+
+TEST_F(SweepPlanTest, RulesLeaveRunsOut) {
+  const std::string rules = R"([sample]
+include = ["contact.friction < 0.25"]
+exclude = ["time.duration == 1 && contact.friction > 0.15", "time.duration > 2"]
+)";
+  EXPECT_EQ(values(two_factors + rules), (Values{{"0.5", "0.1"}, {"0.5", "0.2"}, {"1", "0.1"}}));
+  EXPECT_EQ(plan(two_factors + rules).left_out, 3);
+  EXPECT_EQ(values(R"([factors]
+"time.method" = { list = ["cvode", "euler"] }
+"contact.enabled" = { list = [true, false] }
+[sample]
+exclude = ["time.method == 'euler' && contact.enabled"]
+)"),
+            (Values{{"\"cvode\"", "true"}, {"\"cvode\"", "false"}, {"\"euler\"", "false"}}));
+}
+
+TEST_F(SweepPlanTest, RepeatsDifferInTheirKey) {
+  const SweepPlan repeated = plan(R"([factors]
+"contact.friction" = { list = [0.1, 0.3] }
+[sample]
+repeats = 2
+repeat_key = "world.wind.seed"
+)");
+  EXPECT_EQ(repeated.factors, (std::vector<std::string>{"contact.friction", "world.wind.seed"}));
+  std::set<std::string> hashes;
+  Values all;
+  for (const PlannedRun& run : repeated.runs) {
+    all.push_back(run.values);
+    hashes.insert(run.hash);
+  }
+  EXPECT_EQ(all, (Values{{"0.1", "1"}, {"0.1", "2"}, {"0.3", "1"}, {"0.3", "2"}}));
+  EXPECT_EQ(hashes.size(), 4U);
+}
+
+TEST_F(SweepPlanTest, CasesHaveTheValuesOfTheirRuns) {
+  const SweepPlan planned = plan(std::string(two_factors) + "[set]\n\"contact.range\" = 3e-3\n",
+                                 {"body.sheet.thickness=2e-3"});
+  for (const PlannedRun& run : planned.runs) {
+    const Case source = parse_case(run.case_text, folder_.path("run.toml"));
+    EXPECT_EQ(source.time.duration, std::stod(run.values[0]));
+    EXPECT_EQ(source.contact.friction.constant(), std::stod(run.values[1]));
+    EXPECT_EQ(source.contact.range, 3e-3);
+    EXPECT_EQ(source.body[0].thickness, 2e-3);
+  }
+}
+
+TEST_F(SweepPlanTest, RefusesToOverrideAFactor) {
+  try {
+    plan(two_factors, {"contact.friction=0.2"});
+    FAIL();
+  } catch (const CaseError& error) {
+    EXPECT_STREQ(error.what(),
+                 "--set contact.friction=0.2: \"contact.friction\" varies in this sweep\n"
+                 "  expected a key that is no factor");
+  }
+}
+
+// A rule between keys refuses one combination; the others can run.
+TEST_F(SweepPlanTest, KeepsRunsBesideARefusedOne) {
+  const SweepPlan planned = plan(R"([factors]
+"body.sheet.material" = { list = ["cotton", "silk"] }
+)");
+  ASSERT_EQ(planned.runs.size(), 2U);
+  EXPECT_EQ(planned.runs[0].refusal, "");
+  EXPECT_EQ(
+      planned.runs[1].refusal,
+      folder_.path("sweep.toml") + ":3:46: \"material\" is \"silk\"\n  expected one of \"cotton\"");
+  EXPECT_NE(planned.runs[1].hash, planned.runs[0].hash);
+}
+
+// FIPS 180-4, example of one block.
+TEST(RunIdentity, DigestIsThePublishedOne) {
+  EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST(RunIdentity, HashChangesWithWhatTheResultDependsOn) {
+  const auto hash = [](const std::vector<std::string>& overrides) {
+    return RunHasher().hash(parse_case(base_case, "case.toml", overrides));
+  };
+  EXPECT_EQ(hash({}), hash({}));
+  EXPECT_EQ(hash({}), hash({"contact.friction=0"}));  // the default, written out
+  EXPECT_EQ(hash({}), hash({"compute.threads=3"}));
+  EXPECT_EQ(hash({}), hash({"compute.backend=cpu"}));
+  EXPECT_NE(hash({}), hash({"contact.friction=0.1"}));
+  EXPECT_NE(hash({}), hash({"time.duration=1.0000000000000002"}));
+}
+
+TEST_F(SweepPlanTest, APlanComesBackFromItsFile) {
+  const SweepPlan written = plan(R"([factors]
+"body.sheet.material" = { list = ["cotton", "silk"] }
+"time.duration" = { list = [0.5, 1] }
+[limits]
+time = 2.5
+[sample]
+exclude = ["time.duration > 0.7"]
+)");
+  write_plan(folder_.path() / "new" / "folder", written);
+  const SweepPlan read = read_plan(folder_.path() / "new" / "folder");
+  EXPECT_EQ(read.sweep, written.sweep);
+  EXPECT_EQ(read.factors, written.factors);
+  EXPECT_EQ(read.limits.time, 2.5);
+  EXPECT_EQ(read.limits.memory, std::nullopt);
+  EXPECT_EQ(read.left_out, 2);
+  ASSERT_EQ(read.runs.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(read.runs[i].hash, written.runs[i].hash);
+    EXPECT_EQ(read.runs[i].values, written.runs[i].values);
+    EXPECT_EQ(read.runs[i].refusal, written.runs[i].refusal);
+    EXPECT_EQ(read.runs[i].case_text, written.runs[i].case_text);
+  }
+}
+
+TEST_F(SweepPlanTest, DamagedPlansAreRefused) {
+  EXPECT_THROW(read_plan(folder_.path()), FileError);
+  for (const char* text : {"", "{", "[]", "{\"plan_format\": 2}", "{\"plan_format\": 1}"}) {
+    folder_.write("plan.json", text);
+    EXPECT_THROW(read_plan(folder_.path()), FileError) << text;
+  }
+}
+
+}  // namespace
+}  // namespace weft::sim::sweep_plan_test
