@@ -16,6 +16,7 @@
 #include "sim/scene/spline_surface.h"
 #include "sim/scene/start_states.h"
 #include "sim/simulation/simulation.h"
+#include "sim/trajectory/frame_copy.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
@@ -46,7 +47,7 @@ class RestartReader {
       : source_(source),
         restart_(*source.restart),
         path_((std::filesystem::path(source.path).parent_path() / restart_.path).string()),
-        reader_(path_),
+        reader_(readable(path_)),
         checkpoint_(find_checkpoint()) {}
 
   void read() {
@@ -64,6 +65,11 @@ class RestartReader {
  private:
   [[noreturn]] void fail(const std::string& message, const std::string& hint) const {
     throw CaseError(restart_.location, message, hint);
+  }
+  // Returns the path of a trajectory whose frames do not crash HDF5.
+  static const std::string& readable(const std::string& path) {
+    require_readable(path, std::numeric_limits<int>::max());
+    return path;
   }
   // Returns the checkpoint of the trajectory. Frames serve even if the checkpoint cannot be read.
   std::optional<RunCheckpoint> find_checkpoint() const {
@@ -178,7 +184,7 @@ class RestartReader {
 
   void check(const StartStates& states) const {
     std::vector<std::string> names;
-    for (const BodyState& body : states.bodies) names.push_back(body.name);
+    for (const TrajectoryBody& body : reader_.bodies()) names.push_back(body.name);
     for (const BodyCase& body : source_.body) {
       if (states.find(body.name) == nullptr)
         fail(path_ + " has no body " + in_quotes(body.name), name_hint(body.name, names));

@@ -7,19 +7,21 @@
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/case/case_writer.h"
+#include "sim/trajectory/frame_copy.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
 
 namespace {
 
-[[noreturn]] void refuse_resumption(const std::string& message, const std::string& hint) {
-  throw CaseError({"--resume"}, message, hint);
+[[noreturn]] void refuse_resumption(const ResumeOptions& options, const std::string& message,
+                                    const std::string& hint) {
+  throw CaseError({options.extends ? "--extend" : "--resume"}, message, hint);
 }
 
 // Throws CaseError with the first line in which the case differs from that of the trajectory.
-void require_same_case(const std::string& trajectory, const std::string& before,
-                       const std::string& now) {
+void require_same_case(const ResumeOptions& options, const std::string& trajectory,
+                       const std::string& before, const std::string& now) {
   if (before == now) return;
   std::istringstream old_lines(before), new_lines(now);
   std::string old_line, new_line;
@@ -28,17 +30,20 @@ void require_same_case(const std::string& trajectory, const std::string& before,
     if (!std::getline(new_lines, new_line)) new_line.clear();
   }
   refuse_resumption(
+      options,
       trajectory + " was made by another case: it has " + in_quotes(old_line) + ", not " +
           in_quotes(new_line),
       "expected the case of that run; --force begins anew, -o writes to another folder");
 }
 
-void require_duration(const std::string& trajectory, double before, double now, bool extends) {
-  if (before == now || (extends && before < now)) return;
+void require_duration(const ResumeOptions& options, const std::string& trajectory, double before,
+                      double now) {
+  if (before == now || (options.extends && before < now)) return;
   const std::string message = trajectory + " has a time.duration of " + number_text(before) +
                               " s, not " + number_text(now) + " s";
   refuse_resumption(
-      message, extends ? "expected a longer one" : "expected the same; --extend makes it longer");
+      options, message,
+      options.extends ? "expected a longer one" : "expected the same; --extend makes it longer");
 }
 
 // Returns the case of a trajectory, with the options of time of `source` where these await a
@@ -54,27 +59,31 @@ std::string text_of_case(const TrajectoryReader& reader, const Case& source) {
 }
 
 // Checks a trajectory without a checkpoint. Its run has to begin anew.
-void check_without_checkpoint(const std::string& trajectory, const Case& source) {
+void check_without_checkpoint(const std::string& trajectory, const Case& source,
+                              const ResumeOptions& options) {
+  require_readable(trajectory, 0);
   const TrajectoryReader reader(trajectory);
-  require_same_case(trajectory, text_of_case(reader, source), motion_text(source));
+  require_same_case(options, trajectory, text_of_case(reader, source), motion_text(source));
   if (reader.end() && reader.end()->status == "done") {
-    refuse_resumption(trajectory + " is complete, and has no checkpoint to go on from",
+    refuse_resumption(options, trajectory + " is complete, and has no checkpoint to go on from",
                       "expected the trajectory of a run that was stopped; --force begins anew");
   }
 }
 
 void check_with_checkpoint(const std::string& trajectory, const Case& source,
                            const ResumeOptions& options, const RunCheckpoint& checkpoint) {
-  require_same_case(trajectory, checkpoint.case_text, motion_text(source));
-  require_duration(trajectory, checkpoint.time.duration, source.time.duration, options.extends);
+  require_same_case(options, trajectory, checkpoint.case_text, motion_text(source));
+  require_duration(options, trajectory, checkpoint.time.duration, source.time.duration);
   if (options.estimates_error != checkpoint.estimates_error) {
     refuse_resumption(
+        options,
         trajectory + (options.estimates_error ? " has no estimate of its error"
                                               : " has an estimate of its error"),
         options.estimates_error ? "expected no --estimate-error" : "expected --estimate-error");
   }
-  const TrajectoryReader reader(trajectory);
   const int frames = checkpoint.frames;
+  require_readable(trajectory, frames);
+  const TrajectoryReader reader(trajectory);
   if (frames > reader.frames() ||
       (frames > 0 && reader.time(frames - 1) != checkpoint.last_frame_time)) {
     throw FileError(trajectory + ": is not the trajectory of " + checkpoint_path(trajectory) +
@@ -90,7 +99,7 @@ Resumption find_resumption(const std::string& trajectory, Case& source,
   if (!std::filesystem::exists(trajectory)) return {};
   Resumption found{read_checkpoint(trajectory)};
   if (!found.checkpoint) {
-    check_without_checkpoint(trajectory, source);
+    check_without_checkpoint(trajectory, source, options);
     return found;
   }
   check_with_checkpoint(trajectory, source, options, *found.checkpoint);

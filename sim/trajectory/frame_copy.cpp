@@ -1,6 +1,10 @@
 #include "sim/trajectory/frame_copy.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
+
+#include "sim/base/reading_process.h"
 
 namespace weft::sim {
 
@@ -70,6 +74,28 @@ class CopiedImages {
 };
 
 }  // namespace
+
+void require_readable(const std::string& path, int frames) {
+  const auto read = [&] {
+    try {
+      const TrajectoryReader reader(path);
+      for (const auto& series : reader.series()) reader.series_values(series.name);
+      for (int frame = 0; frame < std::min(frames, reader.frames()); ++frame)
+        CopiedImages(reader, frame);
+    } catch (const FileError&) {
+      return 1;
+    }
+    return 0;
+  };
+  // Slowest reading that is allowed (bytes/s): a tenth of the usual rate for compressed data.
+  constexpr double slowest_reading = 5e6;
+  std::error_code unknown;
+  const auto size = std::filesystem::file_size(path, unknown);
+  const double limit =
+      reading_cpu_limit + (unknown ? 0 : static_cast<double>(size) / slowest_reading);
+  const ProcessEnd end = run_in_process(read, {}, limit);
+  if (end.signal != 0) throw FileError(describe_crash(path, end.signal));
+}
 
 void copy_frames(const std::string& path, int frames, const TrajectoryLayout& layout,
                  TrajectoryWriter& to) {

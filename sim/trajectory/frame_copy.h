@@ -1,4 +1,5 @@
-// Copies frames from one trajectory to another. Private to sim/.
+// Copies frames from one trajectory to another, and finds out whether they can be read. Private to
+// sim/.
 #pragma once
 
 #include <string>
@@ -20,5 +21,10 @@ struct TrajectoryLayout {
 // trajectory has fewer frames or other datasets. Cost: that of writing the frames once.
 void copy_frames(const std::string& path, int frames, const TrajectoryLayout& layout,
                  TrajectoryWriter& to);
+
+// Reads the header and the first `frames` frames of the trajectory at `path`, or as many as there
+// are, in a process of their own, because HDF5 crashes on some damaged files. Throws FileError if
+// that process crashes or comes to no end. Other faults are left to a later reader.
+void require_readable(const std::string& path, int frames);
 
 }  // namespace weft::sim

@@ -16,6 +16,7 @@
 #include "sim/trajectory/file_lock.h"
 #include "sim/trajectory/frame_batch.h"
 #include "sim/trajectory/frame_views.h"
+#include "sim/trajectory/leftover_files.h"
 #include "sim/trajectory/list_dataset.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/trajectory/xdmf_file.h"
@@ -159,6 +160,7 @@ void TrajectoryWriter::refuse_existing(const std::string& path, bool force) {
 void TrajectoryWriter::Implementation::create_file() {
   temporary = access.path() + "." + std::to_string(getpid()) + ".tmp";
   unlink(temporary.c_str());  // left by a dead process with this id, if any
+  remove_leftovers(access.path());
   const Handle creation(H5Pcreate(H5P_FILE_CREATE));
   const Handle file_access(H5Pcreate(H5P_FILE_ACCESS));
   access.check(set_commit_driver(file_access.get()), "set up HDF5");

@@ -1,0 +1,216 @@
+// Runs that begin in the state of another run.
+#include "sim/run/restart.h"
+
+#include <gtest/gtest.h>
+
+#include "sim/case/case_error.h"
+#include "sim/run/make_simulation.h"
+#include "sim/run/recorded_run.h"
+#include "sim/run/run_checkpoint.h"
+#include "sim/scene/start_states.h"
+#include "sim/trajectory/trajectory.h"
+#include "tests/sim/simulated_case.h"
+#include "tests/temporary_folder.h"
+
+namespace weft::sim::restart_test {
+namespace {
+
+// A sheet flies and turns, without any force but gravity.
+constexpr const char* flying_sheet = R"(
+[time]
+duration = 0.1
+frames_per_second = 100
+[contact]
+enabled = false
+[output]
+velocity = true
+[material.cloth]
+stiffness_damping = 1e-3
+[[body]]
+name = "sheet"
+velocity = [1, 0, 2]
+angular_velocity_deg = [0, 0, 90]
+shape = { type = "rectangle", size = [0.2, 0.1], resolution = [5, 9] }
+)";
+
+class Restart : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return folder_.path(name); }
+  Case parse(const std::string& text, const Overrides& overrides = {}) const {
+    return parse_case(text, path("test.toml"), overrides);
+  }
+  RunReport run(const std::string& file, const Case& source) const {
+    RunOptions options;
+    options.trajectory = path(file);
+    options.force = true;
+    return run_simulation(source, options);
+  }
+  static Overrides from(const std::string& file, const std::string& time, Overrides more = {}) {
+    more.insert(more.end(), {"restart.path=\"" + file + "\"", "restart.time=" + time});
+    return more;
+  }
+  // Returns the message of the refusal of a restart.
+  std::string refusal(const std::string& text, const Overrides& overrides) const {
+    try {
+      make_simulation(parse(text, overrides));
+    } catch (const CaseError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+// A linear function of the row and the column has its values at every resolution.
+TEST(Resampled, KeepsLinearFunctions) {
+  const bsi::Atlas from({{.rows = 3, .cols = 5}}), to({{.rows = 9, .cols = 7}});
+  const auto value = [](double v, double u) { return Vec3(v, u, 2 * v - u); };
+  std::vector<Vec3> values;
+  for (int row = 0; row < 3; ++row) {
+    for (int col = 0; col < 5; ++col) values.push_back(value(row / 2.0, col / 4.0));
+  }
+  const std::vector<Vec3> there = resampled(values, from, to);
+  for (int row = 0; row < 9; ++row) {
+    for (int col = 0; col < 7; ++col)
+      EXPECT_LT((there[row * 7 + col] - value(row / 8.0, col / 6.0)).norm(), 1e-15);
+  }
+  EXPECT_EQ(resampled(values, from, from), values);
+}
+
+// On a closed axis the last texel lies before the first.
+TEST(Resampled, ClosesImages) {
+  const bsi::Atlas from({{.rows = 2, .cols = 4, .wrap_u = true}});
+  const bsi::Atlas to({{.rows = 2, .cols = 8, .wrap_u = true}});
+  std::vector<Vec3> values;
+  for (int row = 0; row < 2; ++row) {
+    for (const double u : {0.0, 1.0, 2.0, 1.0}) values.push_back(Vec3(u, row, 0));
+  }
+  const std::vector<Vec3> there = resampled(values, from, to);
+  const std::vector<double> expected{0, 0.5, 1, 1.5, 2, 1.5, 1, 0.5};
+  for (int col = 0; col < 8; ++col) EXPECT_EQ(there[col].x(), expected[col]);
+}
+
+TEST_F(Restart, BeginsInAFrame) {
+  ASSERT_EQ(run("first.h5", parse(flying_sheet)).status, RunReport::Status::done);
+  ASSERT_EQ(run("second.h5", parse(flying_sheet, from("first.h5", "0.05"))).status,
+            RunReport::Status::done);
+  const TrajectoryReader first(path("first.h5")), second(path("second.h5"));
+  EXPECT_EQ(second.time(0), 0);
+  EXPECT_EQ(second.positions(0, 0), first.positions(0, 5));
+  EXPECT_EQ(second.velocities(0, 0), first.velocities(0, 5));
+  // The motion goes on: 0.05 s later it is where the first run is, within ten steps' tolerance.
+  const std::vector<Vec3> one = first.positions(0, 10), other = second.positions(0, 5);
+  for (std::size_t i = 0; i < one.size(); ++i) EXPECT_LT((one[i] - other[i]).norm(), 1e-4) << i;
+}
+
+// A checkpoint has all bits of the state, and needs no recorded velocities.
+TEST_F(Restart, BeginsInACheckpoint) {
+  const Overrides exact{"output.velocity=false", "output.precision=\"float64\"",
+                        "time.method=\"euler\"", "time.step=0.004"};
+  ASSERT_EQ(run("first.h5", parse(flying_sheet, exact)).status, RunReport::Status::done);
+  const auto checkpoint = read_checkpoint(path("first.h5"));
+  ASSERT_TRUE(checkpoint);
+  const TrajectoryReader first(path("first.h5"));
+  ASSERT_EQ(first.time(first.frames() - 1), checkpoint->reached);
+  const Simulation second = make_simulation(parse(flying_sheet, from("first.h5", "0.1", exact)));
+  EXPECT_EQ(second.position("sheet"), first.positions(0, first.frames() - 1));
+  const Vec3 mean_velocity = Vec3(1, 0, 2) - 0.1 * Vec3(0, 0, 9.81);
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& velocity : second.velocity("sheet")) mean += velocity / 45;
+  EXPECT_LT((mean - mean_velocity).norm(), 1e-3);
+}
+
+// The image of the second run has other numbers of rows and columns, and passes through the same
+// points.
+TEST_F(Restart, ResamplesImages) {
+  ASSERT_EQ(run("first.h5", parse(flying_sheet)).status, RunReport::Status::done);
+  const Simulation second = make_simulation(
+      parse(flying_sheet, from("first.h5", "0.05", {"body.sheet.shape.resolution=[9, 17]"})));
+  const TrajectoryReader first(path("first.h5"));
+  const std::vector<Vec3> coarse = first.positions(0, 5), fine = second.position("sheet");
+  const std::vector<Vec3> slow = first.velocities(0, 5), fast = second.velocity("sheet");
+  const bsi::Patch& patch = first.bodies()[0].atlas.patches()[0];
+  const int cols = 2 * patch.cols - 1;
+  for (int row = 0; row < patch.rows; ++row) {
+    for (int col = 0; col < patch.cols; ++col) {
+      EXPECT_EQ(fine[2 * row * cols + 2 * col], coarse[row * patch.cols + col]);
+      EXPECT_EQ(fast[2 * row * cols + 2 * col], slow[row * patch.cols + col]);
+    }
+  }
+}
+
+// A shell passes through the recorded points of its surface.
+TEST_F(Restart, FitsShells) {
+  const Overrides shell{"material.cloth.model=\"shell\"", "material.cloth.youngs_modulus=1e6",
+                        "material.cloth.shell_thickness=1e-3", "material.cloth.volume_density=1000",
+                        "output.precision=\"float64\""};
+  ASSERT_EQ(run("first.h5", parse(flying_sheet, shell)).status, RunReport::Status::done);
+  ASSERT_EQ(run("second.h5", parse(flying_sheet, from("first.h5", "0.05", shell))).status,
+            RunReport::Status::done);
+  const TrajectoryReader first(path("first.h5")), second(path("second.h5"));
+  const std::vector<Vec3> one = first.positions(0, 5), other = second.positions(0, 0);
+  for (std::size_t i = 0; i < one.size(); ++i) EXPECT_LT((one[i] - other[i]).norm(), 1e-14) << i;
+}
+
+TEST_F(Restart, RefusesTimesWithoutAState) {
+  run("first.h5", parse(flying_sheet));
+  const auto checkpoint = read_checkpoint(path("first.h5"));
+  ASSERT_TRUE(checkpoint);
+  const std::string text = refusal(flying_sheet, from("first.h5", "0.054"));
+  EXPECT_NE(text.find("first.h5 has no frame at t = 0.054 s\n  expected time = "),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("or the time of a frame; the nearest is 0.05"), std::string::npos) << text;
+  run("plain.h5", parse(flying_sheet, {"output.velocity=false"}));
+  const std::string plain = refusal(flying_sheet, from("plain.h5", "0.05"));
+  EXPECT_NE(plain.find("the frames of body \"sheet\" have no velocities\n  expected time = "),
+            std::string::npos)
+      << plain;
+  EXPECT_NE(plain.find("a trajectory with output.velocity = true"), std::string::npos) << plain;
+}
+
+TEST_F(Restart, RefusesOtherBodies) {
+  run("first.h5", parse(flying_sheet));
+  std::string other = flying_sheet;
+  other.replace(other.find("\"sheet\""), 7, "\"sheat\"");
+  const std::string name = refusal(other, from("first.h5", "0.05"));
+  EXPECT_NE(name.find("has no body \"sheat\"\n  did you mean \"sheet\"?"), std::string::npos)
+      << name;
+  const std::string crease =
+      refusal(flying_sheet,
+              from("first.h5", "0.05",
+                   {"material.cloth.bending_stiffness=1e-5", "material.cloth.yield_curvature=10"}));
+  EXPECT_NE(crease.find("the creases of \"sheet\" are not part of a restart"), std::string::npos)
+      << crease;
+}
+
+// Far from the origin, float32 positions are rounded by more than a hundredth of the gap.
+TEST_F(Restart, RefusesGapsBelowTheRounding) {
+  const std::string text = R"(
+[time]
+duration = 0.02
+frames_per_second = 100
+[output]
+velocity = true
+[[body]]
+name = "sheet"
+position = [1000, 0, 0.0015]
+velocity = [0, 0, -0.05]
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [4, 4] }
+[[obstacle]]
+name = "floor"
+position = [1000, 0, 0]
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [3, 3] }
+)";
+  ASSERT_EQ(run("first.h5", parse(text)).status, RunReport::Status::done);
+  const std::string refused = refusal(text, from("first.h5", "0"));
+  EXPECT_NE(refused.find("has a smallest gap of "), std::string::npos) << refused;
+  EXPECT_NE(refused.find("the checkpoint of"), std::string::npos) << refused;
+  run("exact.h5", parse(text, {"output.precision=\"float64\""}));
+  EXPECT_EQ(refusal(text, from("exact.h5", "0")), "");
+}
+
+}  // namespace
+}  // namespace weft::sim::restart_test
