@@ -22,7 +22,7 @@ struct Points {
   int missing = 0;
 };
 
-double number_of(const FactorValue& value, std::vector<std::string>& texts) {
+double coordinate_of(const FactorValue& value, std::vector<std::string>& texts) {
   if (value.number) return *value.number;
   const auto found = std::ranges::find(texts, value.text);
   const auto place = found - texts.begin();
@@ -33,7 +33,7 @@ double number_of(const FactorValue& value, std::vector<std::string>& texts) {
 Points points_of(const Summary& summary, std::size_t output, std::size_t factor) {
   Points points;
   for (const SummaryRow& row : summary.rows) {
-    const double x = number_of(row.factors[factor], points.texts);
+    const double x = coordinate_of(row.factors[factor], points.texts);
     const double y = row.outputs[output];
     if (row.status != "done" || !std::isfinite(y) || !std::isfinite(x)) {
       ++points.missing;
