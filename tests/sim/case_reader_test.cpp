@@ -156,6 +156,22 @@ Case full_prototype() {
 
 }  // namespace
 
+// Pins of an equilibrium have no times, but the text of the case has their default.
+TEST(CaseReader, ReadsBackPinsOfEquilibria) {
+  const Case read = parse_case(R"([time]
+method = "static"
+[contact]
+enabled = false
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
+[[body.pin]]
+corners = ["last_first", "last_last"]
+)",
+                               "sheet.toml");
+  EXPECT_EQ(parse_case(read.resolved_text, "sheet.toml").resolved_text, read.resolved_text);
+}
+
 TEST(CaseReader, ReadsWhatIsWritten) {
   const Case read = parse_case(drape, "drape.toml");
   EXPECT_EQ(read.title, "A sheet draped over a torus");

@@ -260,7 +260,10 @@ TEST_F(Resume, EqualsARunThatWasNeverStopped) {
       expect_equal_reports(part.report, whole.report);
       EXPECT_EQ(part.steps, all - before);
     }
-    EXPECT_EQ(differing_datasets(path(name + "_whole.h5"), path(file)), std::vector<std::string>{});
+    std::vector<std::string> differing = differing_datasets(path(name + "_whole.h5"), path(file));
+    // The case tells the CPU time of a pilot.
+    if (title_of(variant).find("time.accuracy") != std::string::npos) std::erase(differing, "case");
+    EXPECT_EQ(differing, std::vector<std::string>{});
   }
   EXPECT_GE(resumed, 2 * number - 6);
 }
