@@ -165,6 +165,9 @@ int run_sweeps(const SweepsOptions& options);
 // Shells and cloth against closed forms and published figures, on cases/benchmarks/, and against
 // CalculiX where it is installed. Returns 1 if a row is beyond its limit.
 struct ShellsOptions {
+  std::vector<std::string> cases;  // empty: all; "calculix": the comparison
+  std::vector<std::string> only;   // texts in the names of checks; empty: all
+  bool list = false;               // print the names of the checks, run none
   bool json = false;
   std::filesystem::path plots;  // folder of SVG files; empty: none
 };

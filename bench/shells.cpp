@@ -100,16 +100,39 @@ std::vector<std::string> shell_case_names() {
   return names;
 }
 
-std::vector<std::string> shell_check_names() { std::vector<std::string> names; });
+std::vector<std::string> shell_check_names() {
+  std::vector<std::string> names;
+  for (const TablePart& part : table_parts())
+    names.insert(names.end(), part.checks.begin(), part.checks.end());
+  return names;
 }
-if (options.list) return 0;
-if (!options.plots.empty()) {
-  write_convergence(rows, options.plots);
-  write_comparison(compared, options.plots);
-}
-rows.insert(rows.end(), compared.begin(), compared.end());
-if (options.json) print_json(rows);
-return std::ranges::all_of(rows, &CheckRow::holds) ? 0 : 1;
+
+int run_shells(const ShellsOptions& options) {
+  RowPrinter printer;
+  std::vector<CheckRow> rows, compared;
+  for (const TablePart& part : table_parts()) {
+    if (!is_asked(options, part)) continue;
+    if (options.list) {
+      for (const std::string& check : part.checks)
+        if (is_wanted(check, options.only)) std::printf("%s\n", check.c_str());
+      continue;
+    }
+    part.run([&](const CheckRow& row) {
+      if (!is_wanted(row.check, options.only)) return;
+      std::vector<CheckRow>& kept = part.heading == beside_calculix ? compared : rows;
+      kept.push_back(row);
+      kept.back().chart = part.chart;
+      if (!options.json) printer.print(part, row);
+    });
+  }
+  if (options.list) return 0;
+  if (!options.plots.empty()) {
+    write_convergence(rows, options.plots);
+    write_comparison(compared, options.plots);
+  }
+  rows.insert(rows.end(), compared.begin(), compared.end());
+  if (options.json) print_json(rows);
+  return std::ranges::all_of(rows, &CheckRow::holds) ? 0 : 1;
 }
 
 }  // namespace weft::bench
