@@ -338,6 +338,8 @@ TEST(CreaseHistory, FollowsAcceptedSteps) {
   EXPECT_EQ(other.of_body(0)[3].curvature, 1);
   other.choose(0.2);
   EXPECT_EQ(other.of_body(0)[3].curvature, 1.5);
+  // The start of the step is known, too: taken back to it, nothing is left to take anew.
+  EXPECT_FALSE(other.take_back(0.1));
 }
 
 // Bodies that sleep keep their creases, and a step that is taken back to wake one advances none.

@@ -226,4 +226,33 @@ TEST(StrainLimit, DoesNotDependOnThreads) {
   EXPECT_EQ(ends[0], ends[1]);
 }
 
+// A sheet stretched by 8 % under a limit of 10 %: W = A E h (L^2 - c_0)^2 / 8 (1 - d)^3 / d. E h is
+// that of the direction in which cloth is stiffest, or of the stiffest springs.
+TEST(StrainLimit, IsAsStiffAsTheStiffestDirection) {
+  const std::string woven =
+      "[material.m.orthotropic_membrane]\nwarp_stiffness = 300\nweft_stiffness = "
+      "800\nshear_modulus = 20\n";
+  const std::string springs =
+      "membrane = \"springs\"\nmembrane_stiffness = 100\nstructural_stiffness = 500\n";
+  const double largest = 1.1 * 1.1, onset = 1.05 * 1.05, range = largest - onset;
+  const double d = (largest - 1.08 * 1.08) / range;
+  for (const auto& [keys, stiffness] : {std::pair(std::string("membrane_stiffness = 200\n"), 200.0),
+                                        {woven, 800.0},
+                                        {springs, 500.0}}) {
+    const auto scene = build_scene(parse_case(
+        "[contact]\nenabled = false\n[material.m]\nstrain_limit = 0.1\n" + keys +
+            "[[body]]\nname = \"sheet\"\nstretch = [1.08, 1, 1]\nshape = { type = \"rectangle\", "
+            "size = [0.2, 0.1], resolution = [4, 6] }\n",
+        "test.toml", {}));
+    Statistics statistics;
+    Dynamics dynamics(*scene, statistics);
+    double energy = 0;
+    for (const auto& [name, value] : dynamics.energies(0, dynamics.initial_state()).elastic) {
+      if (name == "strain_limit") energy = value;
+    }
+    const double exact = 0.2 * 0.1 * stiffness * range * range / 8 * std::pow(1 - d, 3) / d;
+    EXPECT_NEAR(energy, exact, 1e-6 * exact) << keys;
+  }
+}
+
 }  // namespace weft::sim::strain_limit_test
