@@ -44,7 +44,7 @@ void ExternalWork::transfer(StateArchive& archive) {
           held_gravitational_energy_, loads);
   loads_.resize(loads);
   for (Load& load : loads_) archive(load.particle, load.force);
-  if (archive.reads() && obstacles_move_)
+  if (archive.reads() && obstacles_move_ && dynamics_.contact() != nullptr)
     dynamics_.contact()->obstacles().find_poses(time_, false, poses_);
 }
 

@@ -338,14 +338,15 @@ TEST(CaseSchema, CoversEveryKey) {
     EXPECT_FALSE(field.meaning.empty());
   });
   const std::map<std::string, int> expected{
-      {"", 14},
+      {"", 15},
       {"time", 14},
       {"static", 7},
       {"world", 3},
       {"contact", 8},
-      {"output", 9},
+      {"output", 10},
       {"output.part[0]", 4},
       {"compute", 4},
+      {"restart", 2},
       {"include[0]", 1},
       {"material[0]", 27},
       {"material[0].orthotropic_membrane", 7},

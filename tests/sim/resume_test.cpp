@@ -126,6 +126,11 @@ std::vector<Variant> variants() {
             often)},
       {hanging_sheet, with(method("cvode", {"body.sheet.pin.0.release_time=0.05"}), often)},
       {hanging_sheet, with(method("cvode", {"material.cloth.yield_curvature=1"}), often)},
+      // An obstacle that moves without contact.
+      {std::string(hanging_sheet) +
+           "[[obstacle]]\nname = \"plate\"\nmotion = { velocity = [0, 0, 1] }\n"
+           "shape = { type = \"rectangle\", size = [1, 1], resolution = [2, 2] }\n",
+       with(method("cvode"), often)},
       {sheet_on_ball, method("cvode")},
       {sheet_on_ball, method("cvode"), true},
       {sheet_on_ball, method("arkode")},
