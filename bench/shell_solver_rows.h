@@ -15,7 +15,7 @@ inline constexpr const char* shell_solver = "solver";
 // Takes steps of Euler's method with a swinging steel plate of 17^2 to 129^2 control points. The
 // rows "multigrid iterations" hold the linear iterations per solve, which may differ by half from
 // those at 17^2. The rows "memory per vertex" hold the peak memory (kB) and have no limit. Calls
-// `show` with each row. CPU time: about half a minute.
+// `show` with each row; their CPU time is that of a step. CPU time: about ten seconds.
 std::vector<CheckRow> shell_solver_rows(const std::function<void(const CheckRow&)>& show);
 
 }  // namespace weft::bench
