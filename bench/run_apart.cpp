@@ -1,7 +1,5 @@
 #include "bench/run_apart.h"
 
-#include <Eigen/Core>
-
 #include <malloc.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -17,7 +15,6 @@ namespace {
 // Writes the result of the work to a pipe. Does not return.
 [[noreturn]] void run_child(const std::function<std::string()>& work, int pipe_end) {
   int code = 1;
-  Eigen::setNbThreads(1);  // the threads of the parent's pool are not in the child
   try {
     const std::string result = work();
     const auto size = static_cast<ssize_t>(result.size());

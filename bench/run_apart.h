@@ -12,7 +12,7 @@ struct ApartResult {
 };
 
 // Calls work() in a child process, whose peak memory is then that of this work alone, apart from
-// the program itself. The work must use one thread if this process has used several. Throws
+// the program itself. Precondition: this process has not used several threads yet. Throws
 // std::runtime_error if the work throws (its message goes to stderr) or the child ends early.
 ApartResult run_apart(const std::function<std::string()>& work);
 

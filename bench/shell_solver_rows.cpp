@@ -1,67 +1,84 @@
 #include "bench/shell_solver_rows.h"
 
+#include <filesystem>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
-#include "bench/run_cost.h"
-#include "sim/case/case_reader.h"
+#include "bench/temporary_folder.h"
+#include "bench/timed_command.h"
 
 namespace weft::bench {
 
 namespace {
 
-constexpr int sizes[] = {17, 33, 65, 129};
-constexpr int steps = 3;
+constexpr const char* case_path = "cases/vibrating_plate.toml";
 
 // Allowed difference of iterations from those of the smallest image, as a part of these.
 constexpr double allowed_growth = 0.5;
 
-sim::Case plate(int n) {
-  return with_image(sim::read_case(WEFT_SOURCE_DIR "/cases/vibrating_plate.toml",
-                                   {"time.method=\"euler\"", "time.step=1e-4",
-                                    "time.preconditioner=\"multigrid\"", "compute.threads=1"}),
-                    n);
+// Returns the rows of `weft bench scaling` for the plate. It runs as a program of its own, because
+// the threads of this process would disturb the processes in which it measures memory.
+nlohmann::json scaling_rows() {
+  const TemporaryFolder folder;
+  const TimedCommand command = run_command(
+      {std::filesystem::read_symlink("/proc/self/exe"), "scaling",
+       std::string(WEFT_SOURCE_DIR "/") + case_path, "--json", "--sizes", "17,33,65,129", "--steps",
+       "3", "--set", "time.method=euler", "--set", "time.step=1e-4", "--set",
+       "time.preconditioner=multigrid", "--set", "compute.threads=1"},
+      folder.path());
+  if (!command.is_well) throw std::runtime_error("weft bench scaling failed: " + command.output);
+  return nlohmann::json::parse(command.output).at("rows");
 }
 
-CheckRow row_of(const std::string& check, int n, const std::string& quantity) {
+// Returns a row of one size, with the value of the smallest size as its reference.
+CheckRow row_of(const std::string& check, const std::string& quantity, const nlohmann::json& size,
+                double value, double reference) {
   CheckRow row;
   row.check = check;
-  row.case_path = "cases/vibrating_plate.toml";
+  row.case_path = case_path;
+  const int n = size.at("n");
   row.resolution = {n, n};
-  row.points = n * n;
+  row.points = size.at("vertices");
   row.quantity = quantity;
+  row.value = value;
+  row.reference = row.scale = reference;
+  row.cpu_s = size.at("cpu_s_per_step");
+  row.source = "the same at 17 x 17";
   return row;
+}
+
+std::vector<CheckRow> rows_of(const nlohmann::json& sizes) {
+  std::vector<CheckRow> iterations, memory;
+  for (const nlohmann::json& size : sizes) {
+    const double per_solve = size.at("linear_iterations_per_solve");
+    const double kilobytes = size.at("bytes_per_vertex").get<double>() / 1e3;
+    CheckRow& row =
+        iterations.emplace_back(row_of("multigrid iterations", "per solve", size, per_solve,
+                                       iterations.empty() ? per_solve : iterations.front().value));
+    row.bound = Bound::error;
+    row.limit = allowed_growth;
+    memory.push_back(row_of("memory per vertex", "kB", size, kilobytes, kilobytes));
+    memory.back().bound = Bound::reported;
+    memory.back().source.clear();
+  }
+  iterations.insert(iterations.end(), memory.begin(), memory.end());
+  return iterations;
 }
 
 }  // namespace
 
 void shell_solver_rows(const std::function<void(const CheckRow&)>& done) {
-  std::vector<CheckRow> memory;
-  CheckRow first;
-  const double program = cost_of_run(plate(tiny_image), 1).peak_bytes;
-  for (const int n : sizes) {
-    CheckRow solves = row_of("multigrid iterations", n, "per solve");
-    CheckRow& bytes = memory.emplace_back(row_of("memory per vertex", n, "kB"));
-    solves.bound = Bound::error;
-    solves.limit = allowed_growth;
-    solves.source = "the same at 17 x 17";
-    bytes.bound = Bound::reported;
-    try {
-      const RunCost cost = cost_of_run(plate(n), steps);
-      solves.cpu_s = bytes.cpu_s = steps * cost.cpu;
-      if (cost.steps < steps) throw std::runtime_error("a step failed");
-      solves.value = cost.iterations_per_solve();
-      bytes.value = (cost.peak_bytes - program) / cost.vertices / 1e3;
-    } catch (const std::exception& error) {
-      solves.failure = bytes.failure = error.what();
-    }
-    if (n == sizes[0]) first = solves;
-    solves.reference = solves.scale = first.value;
-    if (solves.failure.empty() && first.value == 0) solves.failure = "no iterations at 17 x 17";
-    done(solves);
+  std::vector<CheckRow> rows;
+  try {
+    rows = rows_of(scaling_rows());
+  } catch (const std::exception& error) {
+    CheckRow& row = rows.emplace_back();
+    row.check = "multigrid iterations";
+    row.case_path = case_path;
+    row.failure = error.what();
   }
-  for (const CheckRow& row : memory) done(row);
+  for (const CheckRow& row : rows) done(row);
 }
 
 }  // namespace weft::bench
