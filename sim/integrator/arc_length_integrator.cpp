@@ -25,7 +25,7 @@ constexpr double default_largest_arc = 5;
 constexpr double smallest_arc = 1e-6;
 // A trial of a point ends if a correction moves a particle by more than this multiple of arc *
 // sqrt(number of free particles). Such a correction leads away from the path.
-constexpr double longest_newton_correction = 5;
+constexpr double longest_arc_correction = 5;
 
 // Follows the path of equilibria F(x) + lambda q(x) = 0 by points that lie one arc apart (Crisfield
 // 1981). The arc length is cylindrical: the RMS displacement of free particles. Each correction
@@ -149,7 +149,7 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
     for (int i = 0; i < most_corrections && !should_stop(); ++i) {
       const double moved = correct(end, y);
       // The negated comparison also rejects a move that is not a number.
-      if (!(moved <= longest_newton_correction * arc_ * std::sqrt(static_cast<double>(free_))))
+      if (!(moved <= longest_arc_correction * arc_ * std::sqrt(static_cast<double>(free_))))
         return name_trouble();
       if (!newton_.evaluate(end, y)) return name_trouble();
       if (newton_.is_converged(end, y, moved)) return accept_point(end, y, i + 1);

@@ -12,11 +12,21 @@
 
 namespace weft::sim {
 
+// These types are members of Probe's, and therefore not in an unnamed namespace.
+enum class Reduction { first, last, least, most, mean, at, first_time };
+
+// The time of an instant.
+struct TimeOfInstant {};
+
+// A series, by its index in the contents.
+struct SeriesNumber {
+  Instants instants;
+  int number;
+};
+
 namespace {
 
 constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
-
-enum class Reduction { first, last, least, most, mean, at, first_time };
 
 struct ReductionName {
   const char* name;
@@ -38,15 +48,6 @@ constexpr NamedNumber run_numbers[] = {{"cpu_time", RunNumber::cpu_time},
                                        {"wall_time", RunNumber::wall_time},
                                        {"duration", RunNumber::duration},
                                        {"frames", RunNumber::frames}};
-
-// The time of an instant.
-struct TimeOfInstant {};
-
-// A series, by its index in the contents.
-struct SeriesNumber {
-  Instants instants;
-  int number;
-};
 
 bool is_call(std::span<const Token> tokens, std::size_t i) {
   return tokens[i].kind == Token::Kind::name && tokens[i + 1].kind == Token::Kind::open;
