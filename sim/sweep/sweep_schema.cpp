@@ -95,7 +95,7 @@ Table describe(SweepCase& target) {
          method_location, repeat_key_location] = target;
   TableList of_factors = tables(&factors, true);
   of_factors.named_by_case_keys = true;
-  return {{
+  Table result{{
       field("case", &base, "Case file that all runs start from, relative to the sweep file.")
           .needed(),
       field("set", &set,
@@ -108,6 +108,8 @@ Table describe(SweepCase& target) {
       field("limits", table(&limits), "Limits of each run."),
       field("run", tables(&run), "Runs of sample.method = \"list\", one by one."),
   }};
+  result.root_name = "the sweep";
+  return result;
 }
 
 }  // namespace weft::sim
