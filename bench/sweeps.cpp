@@ -83,7 +83,8 @@ int run_sweeps(const SweepsOptions& options) {
     for (const PlannedRun& run : plan.runs) write_result(folder.path(), run);
   });
   measure("status, all done", [&] { records = read_records(folder.path(), plan); });
-  measure("summary", [&] { write_summary(folder.path(), plan, records); });
+  OutputCollector collector(folder.path(), plan.outputs);
+  measure("summary", [&] { write_summary(folder.path(), plan, records, collector); });
   const int done = count_records(records).done;
 
   nlohmann::ordered_json json{{"runs", options.runs}, {"rows", nlohmann::json::array()}};

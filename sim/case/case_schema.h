@@ -105,6 +105,7 @@ struct Field {
 
 struct Table {
   std::vector<Field> fields;
+  std::string root_name = "the case";  // name in messages if the table is the root of a file
   std::string* name = nullptr;  // member that stores NAME of [key.NAME]; null in other tables
   SourceLocation* location = nullptr;  // member that stores the table's place, or null
 

@@ -24,14 +24,19 @@ std::string wanted(const Field& field, const std::string& path) {
   return expected_text(field);
 }
 
-// Throws CaseError at the first key in the text that is not in `keys`.
+// Returns the header of a table, or the name of a root.
+std::string title_of(const Table& table, const std::string& path) {
+  return path.empty() ? table.root_name : heading(path);
+}
+
+// Throws CaseError at the first key in the text that is not in `keys`. `title` names the table.
 void refuse_unknown_keys(const toml::table& source, const std::vector<std::string>& keys,
-                         const std::string& path) {
+                         const std::string& title) {
   const toml::key* first = first_key_beside(keys, source);
   if (first == nullptr) return;
   const std::string name(first->str());
-  throw CaseError(location_of(first->source()),
-                  "unknown key " + in_quotes(name) + " in " + heading(path), name_hint(name, keys));
+  throw CaseError(location_of(first->source()), "unknown key " + in_quotes(name) + " in " + title,
+                  name_hint(name, keys));
 }
 
 // Throws CaseError if the value looks like a curve or a gust but the field is a number or a vector
@@ -220,7 +225,7 @@ class ValueReader {
       if (first_key_beside(allowed, source) == nullptr) of_both = nullptr;
       allowed.insert(allowed.end(), more.begin(), more.end());
     }
-    refuse_unknown_keys(source, allowed, path_);
+    refuse_unknown_keys(source, allowed, heading(path_));
     if (of_both != nullptr) {
       throw CaseError(location_of(of_both->source()),
                       in_quotes(std::string(of_both->str())) + " does not belong to a gust",
@@ -347,6 +352,10 @@ class ValueReader {
       } else {
         require_identifier(name, key_location);
       }
+      if (!node.is_table() && target.named_by_case_keys) {
+        throw CaseError(location_of(node.source()), in_quotes(name) + " is " + kind_of(node),
+                        "expected a table, such as { list = [0.1, 0.2] }");
+      }
       if (!node.is_table()) fail_kind(node, in_quotes(join_path(field_.key, name)));
       const std::string path = join_path(path_, name);
       locations_.add(path, key_location, location_of(node.source()));
@@ -409,7 +418,7 @@ void require_keys(const toml::table& source, const Table& target, const std::str
   for (const Field& field : target.fields) {
     if (!field.required || !applies(field, target) || source.contains(field.key)) continue;
     throw CaseError(
-        location_of(source.source()), heading(path) + " has no " + in_quotes(field.key),
+        location_of(source.source()), title_of(target, path) + " has no " + in_quotes(field.key),
         "expected " + in_quotes(field.key) + ", " + wanted(field, join_path(path, field.key)));
   }
 }
@@ -425,7 +434,7 @@ void read_field(const Field& field, const toml::node& node, const std::string& p
 void read_table(const toml::table& source, const Table& target, const std::string& path,
                 Locations& locations) {
   if (target.location != nullptr) *target.location = location_of(source.source());
-  refuse_unknown_keys(source, target.keys(), path);
+  refuse_unknown_keys(source, target.keys(), title_of(target, path));
   for (auto&& [key, node] : source) {
     const std::string name(key.str());
     locations.add(join_path(path, name), location_of(key.source()), location_of(node.source()));

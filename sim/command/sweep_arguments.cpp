@@ -73,6 +73,24 @@ void add_engine_options(CLI::App& sub, SweepCommand& command) {
   sub.add_flag("--quiet", command.quiet, "No lines about runs");
 }
 
+void add_slurm_options(CLI::App& sub, SweepCommand& command) {
+  sub.add_option_function<std::string>(
+         "--engine", [&command](const std::string& name) { command.to_slurm = name == "slurm"; },
+         "local: compute the runs here. slurm: submit one job array of slices, and return; -j are "
+         "then the cores of a task")
+      ->type_name("ENGINE")
+      ->check(CLI::IsMember({"local", "slurm"}));
+  sub.add_option("--tasks", command.tasks,
+                 "Tasks of the job array; default: one per run, at most MaxArraySize")
+      ->check(CLI::Range(1, most));
+  sub.add_option("--tasks-at-a-time", command.tasks_at_a_time, "Most tasks at a time")
+      ->check(CLI::Range(1, most));
+  sub.add_option("--sbatch", command.sbatch_options,
+                 "Option for sbatch, for example --sbatch=--time=2:00:00; one --sbatch per option")
+      ->option_text("OPTION")
+      ->allow_extra_args(false);
+}
+
 void add_json(CLI::App& sub, SweepCommand& command) {
   sub.add_flag("--json", command.json, "Print one JSON object");
 }
@@ -85,6 +103,7 @@ void add_sweep(CLI::App& app, SweepCommand& command, int& code) {
   add_plan_options(*sweep, command);
   sweep->add_flag("--dry-run", command.dry_run, "List the runs and their states; write nothing");
   add_engine_options(*sweep, command);
+  add_slurm_options(*sweep, command);
   add_json(*sweep, command);
 
   CLI::App* estimate = sweep->add_subcommand(

@@ -16,6 +16,7 @@
 #include "sim/sweep/correlation.h"
 #include "sim/sweep/local_engine.h"
 #include "sim/sweep/plan_file.h"
+#include "sim/sweep/slurm_engine.h"
 #include "sim/sweep/sweep_estimate.h"
 #include "sim/sweep/sweep_monitor.h"
 #include "sim/sweep/sweep_reader.h"
@@ -221,16 +222,38 @@ void print_estimate(const SweepEstimate& estimate, int processes) {
   std::printf("  disk         %.3g MB for all\n", 1e-6 * estimate.disk());
 }
 
+// Submits the sweep to Slurm and prints the number of the job.
+int submit(const SweepCommand& command, const fs::path& directory, const SweepPlan& plan) {
+  SlurmOptions options;
+  options.program = fs::read_symlink("/proc/self/exe").string();
+  options.name = fs::path(command.path).stem().string();
+  options.tasks = command.tasks;
+  options.tasks_at_a_time = command.tasks_at_a_time;
+  options.cores = std::max(1, command.processes);
+  options.sbatch_options = command.sbatch_options;
+  const SlurmJob job = submit_to_slurm(directory, plan, options);
+  if (command.json) {
+    print_json({{"exit_code", exit_code::done}, {"job", job.id}, {"tasks", job.tasks}});
+  } else {
+    std::cout << "job " << printable(job.id) << " of " << counted(job.tasks, "task", "tasks")
+              << " submitted; weft sweep status " << printable(directory.string())
+              << " tells how it goes\n";
+  }
+  return exit_code::done;
+}
+
 }  // namespace
 
 int run_sweep(const SweepCommand& command) {
   return with_faults(command, [&] {
-    refuse_too_many_processes(command);
+    if (!command.to_slurm) refuse_too_many_processes(command);
     const SweepPlan plan = plan_sweep(read_sweep(command.path), command.overrides);
     check_outputs(plan);
     if (command.dry_run) return list_runs(command, plan);
     const fs::path directory = directory_of(command);
+    if (command.to_slurm) refuse_live_job(directory);
     write_plan(directory, plan);
+    if (command.to_slurm) return submit(command, directory, plan);
     EngineOptions options = engine_options(command, plan.runs.size());
     for (std::size_t i = 0; i < plan.runs.size(); ++i) options.runs.push_back(i);
     return compute(command, directory, plan, options);

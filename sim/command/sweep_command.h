@@ -17,6 +17,10 @@ struct SweepCommand {
   bool dry_run = false;  // lists the runs and writes nothing
   bool json = false;
   bool quiet = false;
+  // Engine "slurm": slices, slices at a time (0: no limit), and options of sbatch.
+  bool to_slurm = false;
+  int tasks = 0, tasks_at_a_time = 0;
+  std::vector<std::string> sbatch_options;
   int pilots = 3;  // `estimate`: number of runs to compute
   // `work`: the slice of the plan that this process takes, and the number of slices.
   int slice = 0, slices = 1;

@@ -14,7 +14,7 @@ struct FactorCase {
   std::string key;                  // KEY in [factors."KEY"]
   std::vector<TomlValue> list;      // values as they stand
   std::vector<double> range;        // [first, last]
-  std::optional<int> count;         // number of values of a range, evenly spaced, ends included
+  int count = 0;                    // number of values of a range, evenly spaced, ends included
   std::vector<double> uniform;      // [least, most]
   std::vector<double> log_uniform;  // [least, most], > 0
   SourceLocation location;          // place of the factor's table
@@ -27,7 +27,7 @@ enum class SampleMethod { grid, zip, list, random, latin_hypercube, sobol };
 
 struct SampleCase {
   SampleMethod method = SampleMethod::grid;
-  std::optional<int> runs;  // number of sampled runs, before rules and repeats
+  int runs = 0;  // number of sampled runs, before rules and repeats
   int seed = 0;
   int repeats = 1;         // runs per combination, each with another number of `repeat_key`
   std::string repeat_key;  // case key that gets the number of the repeat, from 1

@@ -146,8 +146,8 @@ class Planner {
 
   static void fill_range(Column& column) {
     const FactorCase& factor = *column.factor;
-    for (int i = 0; i < *factor.count; ++i) {
-      const double value = range_value(factor.range[0], factor.range[1], *factor.count, i);
+    for (int i = 0; i < factor.count; ++i) {
+      const double value = range_value(factor.range[0], factor.range[1], factor.count, i);
       if (column.is_whole && value != std::round(value)) {
         throw CaseError(
             factor.numbers_location,
@@ -233,7 +233,7 @@ class Planner {
   }
 
   std::vector<Combination> samples() const {
-    const auto count = static_cast<std::size_t>(*sweep_.sample.runs);
+    const auto count = static_cast<std::size_t>(sweep_.sample.runs);
     refuse_too_many(static_cast<double>(count) * sweep_.sample.repeats);
     const auto seed = static_cast<std::uint64_t>(sweep_.sample.seed);
     const SampleMethod method = sweep_.sample.method;

@@ -39,12 +39,12 @@ void check_order(const FactorCase& factor) {
 
 void check_count(const FactorCase& factor, const Locations& locations) {
   const std::string path = join_path("factors", factor.key);
-  if (!factor.range.empty() && !factor.count) {
+  if (!factor.range.empty() && factor.count == 0) {
     throw CaseError(factor.numbers_location,
                     in_quotes(factor.key) + " has a range without \"count\"",
                     "expected \"count\", the number of values");
   }
-  if (factor.range.empty() && factor.count) {
+  if (factor.range.empty() && factor.count > 0) {
     throw CaseError(locations.key(join_path(path, "count")), "\"count\" does not belong here",
                     "expected only with \"range\"");
   }
@@ -121,7 +121,7 @@ void check_listed_runs(const SweepCase& sweep, const Locations& locations) {
 void check_zip(const SweepCase& sweep) {
   if (sweep.sample.method != SampleMethod::zip) return;
   const auto size = [](const FactorCase& factor) {
-    return factor.range.empty() ? factor.list.size() : static_cast<std::size_t>(*factor.count);
+    return factor.range.empty() ? factor.list.size() : static_cast<std::size_t>(factor.count);
   };
   const FactorCase& first = sweep.factors.front();
   for (const FactorCase& factor : sweep.factors) {

@@ -95,7 +95,7 @@ Table describe(SweepCase& target) {
          factors_location, method_location, repeat_key_location] = target;
   TableList of_factors = tables(&factors, true);
   of_factors.named_by_case_keys = true;
-  return {{
+  Table result{{
       field("case", &base, "Case file that all runs start from, relative to the sweep file.")
           .needed(),
       field("set", &set,
@@ -112,6 +112,8 @@ Table describe(SweepCase& target) {
             "\"max(largest_stretch)\", by name. They join the [outputs] of the case, and replace "
             "those of the same names."),
   }};
+  result.root_name = "the sweep";
+  return result;
 }
 
 }  // namespace weft::sim

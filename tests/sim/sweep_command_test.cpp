@@ -179,7 +179,7 @@ set = { title = "also good", "time.duration" = 0.02, "body.sheet.shape.resolutio
   const std::vector<std::string> kinds{
       "", "bad_case", "numerical_failure", "over_memory", "signal", "over_time", ""};
   const std::vector<std::string> reasons{"",
-                                         "sweep.toml:9:",
+                                         "sweep.toml:8:",
                                          "compute.cpu_limit",
                                          "more than limits.memory = 400 MiB",
                                          "ended by signal 11",

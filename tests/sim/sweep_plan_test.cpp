@@ -180,7 +180,7 @@ TEST_F(SweepPlanTest, KeepsRunsBesideARefusedOne) {
   EXPECT_EQ(planned.runs[0].refusal, "");
   EXPECT_EQ(
       planned.runs[1].refusal,
-      folder_.path("sweep.toml") + ":3:46: \"material\" is \"silk\"\n  expected one of \"cotton\"");
+      folder_.path("sweep.toml") + ":3:45: unknown material \"silk\"\n  expected \"cotton\"");
   EXPECT_NE(planned.runs[1].hash, planned.runs[0].hash);
 }
 
