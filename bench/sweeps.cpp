@@ -10,6 +10,7 @@
 #include "sim/base/stopwatch.h"
 #include "sim/sweep/plan_file.h"
 #include "sim/sweep/run_folder.h"
+#include "sim/sweep/sweep_outputs.h"
 #include "sim/sweep/sweep_reader.h"
 #include "sim/sweep/sweep_records.h"
 
@@ -83,7 +84,7 @@ int run_sweeps(const SweepsOptions& options) {
     for (const PlannedRun& run : plan.runs) write_result(folder.path(), run);
   });
   measure("status, all done", [&] { records = read_records(folder.path(), plan); });
-  OutputCollector collector(folder.path(), plan.outputs);
+  OutputCollector collector(folder.path(), joined_outputs(plan.case_outputs, plan.sweep_outputs));
   measure("summary", [&] { write_summary(folder.path(), plan, records, collector); });
   const int done = count_records(records).done;
 
