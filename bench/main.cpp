@@ -257,8 +257,9 @@ std::string is_in_check(const std::string& text) {
 
 void add_shells(CLI::App& sub, Arguments& arguments) {
   ShellsOptions& options = arguments.shells;
-  sub.add_option("--cases", options.cases,
-                 "Cases of cases/benchmarks/, and triangle_springs, solver, calculix (default: all)")
+  sub.add_option(
+         "--cases", options.cases,
+         "Cases of cases/benchmarks/, and triangle_springs, solver, calculix (default: all)")
       ->delimiter(',')
       ->check(CLI::IsMember(shell_case_names()));
   sub.add_option("--only", options.only, "Checks whose names contain this text; may be repeated")

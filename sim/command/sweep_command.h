@@ -36,8 +36,8 @@ int estimate_sweep_cost(const SweepCommand& command);
 // Computes a slice of a sweep that is planned. Returns the exit code, as run_sweep() does.
 int work_on_sweep(const SweepCommand& command);
 // Makes the summary, the table of correlations and the plots of a sweep anew, without running
-// anything. The outputs are those of the case and of the sweep file `collected_sweep` or, if that is
-// empty, of the sweep file that the plan names. Returns the exit code.
+// anything. The outputs are those of the case and of the sweep file `collected_sweep` or, if that
+// is empty, of the sweep file that the plan names. Returns the exit code.
 int collect_sweep(const SweepCommand& command);
 // Prints the states of all runs. Returns 0, whatever they are, or exit_code::input_output.
 int show_sweep_status(const SweepCommand& command);

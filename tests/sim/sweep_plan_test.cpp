@@ -178,9 +178,8 @@ TEST_F(SweepPlanTest, KeepsRunsBesideARefusedOne) {
 )");
   ASSERT_EQ(planned.runs.size(), 2U);
   EXPECT_EQ(planned.runs[0].refusal, "");
-  EXPECT_EQ(
-      planned.runs[1].refusal,
-      folder_.path("sweep.toml") + ":3:45: unknown material \"silk\"\n  expected \"cotton\"");
+  EXPECT_EQ(planned.runs[1].refusal,
+            folder_.path("sweep.toml") + ":3:45: unknown material \"silk\"\n  expected \"cotton\"");
   EXPECT_NE(planned.runs[1].hash, planned.runs[0].hash);
 }
 
