@@ -542,8 +542,8 @@ TEST_P(BadSweepTest, IsRefusedAtItsPlace) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Sweeps, BadSweepTest, testing::ValuesIn(bad_sweeps()),
-                         [](const testing::TestParamInfo<BadSweep>& info) {
-                           return info.param.name;
+                         [](const testing::TestParamInfo<BadSweep>& sweep) {
+                           return sweep.param.name;
                          });
 
 }  // namespace
