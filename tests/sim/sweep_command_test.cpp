@@ -147,7 +147,7 @@ TEST_F(SweepCommandTest, RunsAreThoseOfWeftRun) {
 TEST_F(SweepCommandTest, NamesEachFailureAndEndsTheOthers) {
   write("sweep.toml", R"(case = "base.toml"
 [limits]
-time = 6
+time = 20
 memory = 400
 [sample]
 method = "list"
@@ -183,7 +183,7 @@ set = { title = "also good", "time.duration" = 0.02, "body.sheet.shape.resolutio
                                          "compute.cpu_limit",
                                          "more than limits.memory = 400 MiB",
                                          "ended by signal 11",
-                                         "took longer than limits.time = 6 s",
+                                         "took longer than limits.time = 20 s",
                                          ""};
   for (std::size_t i = 0; i < kinds.size(); ++i) {
     if (kinds[i].empty()) {
