@@ -174,12 +174,13 @@ set = { title = "also good", "time.duration" = 0.02, "body.sheet.shape.resolutio
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   kill(victim, SIGSEGV);
   EXPECT_EQ(sweep.wait(), exit_code::some_runs_failed) << sweep.err();
+  const std::string printed = sweep.out();  // which the next command replaces
 
   const Json runs = summary_json("out").at("runs");
   const std::vector<std::string> kinds{
       "", "bad_case", "numerical_failure", "over_memory", "signal", "over_time", ""};
   const std::vector<std::string> reasons{"",
-                                         "sweep.toml:8:",
+                                         "sweep.toml:10:",
                                          "compute.cpu_limit",
                                          "more than limits.memory = 400 MiB",
                                          "ended by signal 11",
@@ -192,9 +193,9 @@ set = { title = "also good", "time.duration" = 0.02, "body.sheet.shape.resolutio
     }
     EXPECT_EQ(runs[i].at("failure"), kinds[i]) << runs[i];
     EXPECT_TRUE(contains(runs[i].at("reason"), reasons[i])) << runs[i];
-    EXPECT_TRUE(contains(sweep.out(), reasons[i])) << sweep.out();
+    EXPECT_TRUE(contains(printed, reasons[i])) << printed;
   }
-  EXPECT_TRUE(contains(sweep.out(), "7 runs: 2 done, 5 failed")) << sweep.out();
+  EXPECT_TRUE(contains(printed, "7 runs: 2 done, 5 failed")) << printed;
 
   // Failed runs are computed again only on request.
   const Result again = weft({"sweep", "sweep.toml", "-o", out});
@@ -204,6 +205,8 @@ set = { title = "also good", "time.duration" = 0.02, "body.sheet.shape.resolutio
 
 TEST_F(SweepCommandTest, RerunsFailedRunsOnRequest) {
   write("sweep.toml", R"(case = "base.toml"
+[set]
+"time.duration" = 1
 [factors]
 "compute.cpu_limit" = { list = [1e-6, 100] }
 )");
@@ -262,9 +265,10 @@ TEST_F(SweepCommandTest, CtrlCStopsRunsAndTheNextCallGoesOn) {
   EXPECT_EQ(summary_json("out").at("counts").at("running"), 1);
   sweep.send(SIGINT);
   EXPECT_EQ(sweep.wait(), 130);
+  const std::string printed = sweep.out();  // which the next command replaces
   EXPECT_TRUE(processes_with(out).empty());
   EXPECT_EQ(summary_json("out").at("counts").at("interrupted"), 1);
-  EXPECT_TRUE(contains(sweep.out(), "1 done, 1 interrupted")) << sweep.out();
+  EXPECT_TRUE(contains(printed, "1 done, 1 interrupted")) << printed;
 }
 
 // Everything is killed at random times, and the sweep is called again until it ends.
