@@ -80,7 +80,8 @@ class SweepCommandTest : public WeftCommand {
     ASSERT_EQ(a.frames(), b.frames()) << one;
     for (int f = 0; f < a.frames(); ++f) EXPECT_EQ(a.positions(0, f), b.positions(0, f)) << one;
   }
-  // Waits until a process has `text` in its arguments, and returns its number.
+  // Waits until a process has `text` in its arguments, and returns its number. The text must have
+  // the folder of the test: other tests run sweeps at the same time.
   static pid_t wait_for_process(const std::string& text) {
     for (int i = 0; i < 6000; ++i) {
       const std::vector<pid_t> found = processes_with(text);
@@ -170,7 +171,7 @@ set = { title = "also good", "time.duration" = 0.02, "body.sheet.shape.resolutio
   const Json plan = Json::parse(weft({"sweep", "sweep.toml", "--dry-run", "--json"}).out);
   const std::string crash = plan.at("runs")[4].at("hash").get<std::string>().substr(0, 16);
   WeftProcess sweep(folder(), {"sweep", "sweep.toml", "-o", out, "-j", "1"});
-  const pid_t victim = wait_for_process("runs/" + crash + "/attempt_");
+  const pid_t victim = wait_for_process(out + "/runs/" + crash + "/attempt_");
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   kill(victim, SIGSEGV);
   EXPECT_EQ(sweep.wait(), exit_code::some_runs_failed) << sweep.err();
@@ -227,7 +228,7 @@ TEST_F(SweepCommandTest, RetriesCrashesAsOftenAsAsked) {
   WeftProcess sweep(folder(), {"sweep", "sweep.toml", "-o", out, "--retry", "2"});
   std::set<pid_t> killed;
   while (killed.size() < 3) {
-    const pid_t victim = wait_for_process("/attempt_");
+    const pid_t victim = wait_for_process(out + "/runs/");
     if (victim > 0 && killed.insert(victim).second) kill(victim, SIGKILL);
   }
   EXPECT_EQ(sweep.wait(), exit_code::some_runs_failed);
@@ -261,7 +262,7 @@ TEST_F(SweepCommandTest, CtrlCStopsRunsAndTheNextCallGoesOn) {
   WeftProcess sweep(folder(), {"sweep", "sweep.toml", "-o", out, "-j", "1"});
   while (!exists("out/runs") || results("out").empty())
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  wait_for_process("/attempt_");
+  wait_for_process(out + "/runs/");
   EXPECT_EQ(summary_json("out").at("counts").at("running"), 1);
   sweep.send(SIGINT);
   EXPECT_EQ(sweep.wait(), 130);
@@ -289,7 +290,7 @@ runs = 16
   std::map<fs::path, std::string> seen;  // bytes of the results so far
   for (int trial = 0; trial < 3; ++trial) {
     WeftProcess sweep(folder(), {"sweep", "sweep.toml", "-o", out, "--quiet"});
-    wait_for_process("/attempt_");
+    wait_for_process(out + "/runs/");
     std::this_thread::sleep_for(std::chrono::milliseconds(random() % 300));
     sweep.send(SIGKILL);
     for (const pid_t process : processes_with(out)) kill(process, SIGKILL);
