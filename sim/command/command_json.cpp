@@ -1,5 +1,6 @@
 #include "sim/command/command_json.h"
 
+#include "sim/base/process_memory.h"
 #include "sim/trajectory/json_text.h"
 
 namespace weft::sim {
@@ -114,6 +115,7 @@ std::string report_json(const RunCommand& command, const Case& source, const Run
   json["simulated_s"] = report.simulated_time;
   json["resumed_at_s"] = report.resumed_at ? Json(*report.resumed_at) : Json();
   add_bill(json, report.bill);
+  json["peak_memory_mib"] = peak_resident_memory();
   json["frames"] = report.frames;
   add_counts(json, report.counts);
   json["smallest_gap"] = report.smallest_gap ? Json(*report.smallest_gap) : Json();

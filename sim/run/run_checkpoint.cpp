@@ -10,13 +10,17 @@
 
 #include "sim/base/file_error.h"
 #include "sim/base/fingerprint.h"
+#include "sim/run/numerics_version.h"
 
 namespace weft::sim {
 
 namespace {
 
 // First bytes of a checkpoint. The fingerprint and the contents follow.
-constexpr std::string_view checkpoint_mark = "weft checkpoint 1, version " WEFT_VERSION "\n";
+std::string checkpoint_mark() {
+  return "weft checkpoint 1, version " WEFT_VERSION ", numerics " +
+         std::to_string(numerics_version) + '\n';
+}
 
 std::uint64_t fingerprint_of(std::string_view contents) {
   Fingerprint fingerprint;
@@ -28,7 +32,7 @@ void write_checkpoint_file(const std::string& path, const std::string& contents)
   const std::uint64_t fingerprint = fingerprint_of(contents);
   errno = 0;
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  file << checkpoint_mark;
+  file << checkpoint_mark();
   file.write(reinterpret_cast<const char*>(&fingerprint), sizeof fingerprint);
   file.write(contents.data(), static_cast<std::streamsize>(contents.size()));
   file.close();
@@ -71,9 +75,10 @@ std::optional<RunCheckpoint> read_checkpoint(const std::string& trajectory) {
   std::ifstream file(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
   if (!file) throw FileError(path + ": cannot be read");
-  if (!std::string_view(bytes).starts_with(checkpoint_mark))
+  const std::string mark = checkpoint_mark();
+  if (!bytes.starts_with(mark))
     throw FileError(path + ": is not a checkpoint of this version of Weft");
-  std::string_view contents = std::string_view(bytes).substr(checkpoint_mark.size());
+  std::string_view contents = std::string_view(bytes).substr(mark.size());
   std::uint64_t fingerprint = 0;
   RunCheckpoint checkpoint;
   try {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <set>
+#include <unordered_map>
 
 #include "sim/base/file_error.h"
 #include "sim/case/case_text.h"
@@ -19,21 +20,21 @@ namespace fs = std::filesystem;
 struct Points {
   std::vector<double> x, y;
   std::vector<std::string> texts;  // of a factor that is a text: text i has the number i + 1
+  std::unordered_map<std::string, std::size_t> numbers_of_texts;
   int missing = 0;
 };
 
-double coordinate_of(const FactorValue& value, std::vector<std::string>& texts) {
+double coordinate_of(const FactorValue& value, Points& points) {
   if (value.number) return *value.number;
-  const auto found = std::ranges::find(texts, value.text);
-  const auto place = found - texts.begin();
-  if (found == texts.end()) texts.push_back(value.text);
-  return static_cast<double>(place + 1);
+  const auto [found, is_new] = points.numbers_of_texts.emplace(value.text, points.texts.size() + 1);
+  if (is_new) points.texts.push_back(value.text);
+  return static_cast<double>(found->second);
 }
 
 Points points_of(const Summary& summary, std::size_t output, std::size_t factor) {
   Points points;
   for (const SummaryRow& row : summary.rows) {
-    const double x = coordinate_of(row.factors[factor], points.texts);
+    const double x = coordinate_of(row.factors[factor], points);
     const double y = row.outputs[output];
     if (row.status != "done" || !std::isfinite(y) || !std::isfinite(x)) {
       ++points.missing;
@@ -85,6 +86,20 @@ std::string name_of_plot(const Correlation& pair) {
   return pair.output + '-' + pair.factor + ".svg";
 }
 
+// Returns ": 1 = cvode, 2 = euler", or an empty text for a factor of numbers. Of many texts it has
+// the first and the last one.
+std::string key_of_texts(const std::vector<std::string>& texts) {
+  constexpr std::size_t most = 12;
+  std::string key;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    const bool is_left_out = texts.size() > most && 0 < i && i + 1 < texts.size();
+    if (is_left_out && i > 1) continue;
+    key +=
+        (i == 0 ? ": " : ", ") + (is_left_out ? "..." : std::to_string(i + 1) + " = " + texts[i]);
+  }
+  return key;
+}
+
 Plot plot_of(const Correlation& pair, const Points& points) {
   Plot plot;
   plot.title = pair.output + " by " + pair.factor;
@@ -96,10 +111,7 @@ Plot plot_of(const Correlation& pair, const Points& points) {
   } else {
     plot.note += "; no correlation: " + pair.note;
   }
-  std::string title = pair.factor;
-  for (std::size_t i = 0; i < points.texts.size(); ++i)
-    title += (i == 0 ? ": " : ", ") + std::to_string(i + 1) + " = " + points.texts[i];
-  plot.x = axis_of(title, points.x);
+  plot.x = axis_of(pair.factor + key_of_texts(points.texts), points.x);
   plot.y = axis_of(pair.output, points.y);
   if (!points.texts.empty()) plot.x.logarithmic = false;
   plot.series.push_back({.name = "runs", .x = points.x, .y = points.y, .line = false});

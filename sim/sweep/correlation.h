@@ -37,7 +37,8 @@ std::vector<Correlation> correlations_of(const Summary& summary);
 std::string correlations_csv(const std::vector<Correlation>& correlations);
 
 // Writes `folder`/correlations.csv, and a plot of each output against each factor,
-// `folder`/plots/OUTPUT-FACTOR.svg. Texts are numbered in the order of their first runs. A pair
+// `folder`/plots/OUTPUT-FACTOR.svg. Texts are numbered in the order of their first runs. The axis
+// tells the number of each, or of the first and the last one if they are more than twelve. A pair
 // without any value has no plot; correlations.csv says so. Removes other SVG files of
 // `folder`/plots, which are those of earlier outputs. Throws FileError.
 void write_plots(const Summary& summary, const std::filesystem::path& folder);

@@ -69,6 +69,15 @@ std::string reason_in(const std::string& report) {
   return json["reason"].get<std::string>();
 }
 
+// Returns the peak memory (MiB) that weft run printed, or nothing. The system counts the memory of
+// this process, from which the run was started, as the run's too.
+std::optional<double> peak_memory_in(const std::string& report) {
+  const auto json = nlohmann::json::parse(report, nullptr, false);
+  const auto number = json.is_object() ? json.find("peak_memory_mib") : json.end();
+  return number != json.end() && number->is_number() ? std::optional(number->get<double>())
+                                                     : std::nullopt;
+}
+
 Failure failure_of_code(int code) {
   switch (code) {
     case 0:
@@ -146,6 +155,7 @@ class LocalEngine {
     ChildProcess::Command command;
     command.words = {options_.program, "run",   (place / "run.toml").string(), "-o", place.string(),
                      "--resume",       "--json"};
+    if (plan_.estimate_error) command.words.emplace_back("--estimate-error");
     command.output = place / "report.json";
     command.errors = place / "log.txt";
     command.threads = options_.threads;
@@ -230,9 +240,9 @@ class LocalEngine {
     result.attempts = ended.number;
     result.wall_seconds = end.wall_seconds;
     result.cpu_seconds = end.cpu_seconds;
-    result.peak_memory = end.peak_memory;
     result.version = WEFT_VERSION;
     result.report = read_whole_file(ended.attempt.folder() / "report.json").value_or("");
+    result.peak_memory = peak_memory_in(result.report).value_or(end.peak_memory);
     explain(result, ended);
     return result;
   }

@@ -14,7 +14,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // Number of the layout of the file. Another number is refused.
-constexpr int plan_format = 1;
+constexpr int plan_format = 2;
 
 // Texts may hold bytes that are not UTF-8, such as paths; JSON cannot.
 std::string dump(const Json& json) {
@@ -59,6 +59,7 @@ void write_plan(const std::filesystem::path& directory, const SweepPlan& plan) {
                      ", \"numerics\": " + std::to_string(numerics_version) +
                      ",\n\"sweep\": " + dump(plan.sweep) + ",\n\"factors\": " + dump(plan.factors) +
                      ",\n\"limits\": " + dump(limits_json(plan.limits)) +
+                     ",\n\"estimate_error\": " + (plan.estimate_error ? "true" : "false") +
                      ",\n\"case_outputs\": " + dump(outputs_json(plan.case_outputs)) +
                      ",\n\"sweep_outputs\": " + dump(outputs_json(plan.sweep_outputs)) +
                      ",\n\"left_out\": " + std::to_string(plan.left_out) + ",\n\"runs\": [";
@@ -92,6 +93,7 @@ SweepPlan read_plan(const std::filesystem::path& directory) {
     json.at("factors").get_to(plan.factors);
     plan.limits = {optional_number(json.at("limits").at("time_s")),
                    optional_number(json.at("limits").at("memory_mib"))};
+    json.at("estimate_error").get_to(plan.estimate_error);
     plan.case_outputs = outputs_of(json.at("case_outputs"), path);
     plan.sweep_outputs = outputs_of(json.at("sweep_outputs"), path);
     json.at("left_out").get_to(plan.left_out);

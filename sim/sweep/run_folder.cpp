@@ -145,7 +145,7 @@ std::optional<RunAttempt> RunFolder::begin(const std::string& case_text, bool an
   RunAttempt attempt(folder, lock, false);
   if (!lock_open_file(lock)) return std::nullopt;
   take_over_failed(folder, anew);
-  write_whole_file(folder / "run.toml", case_text);
+  write_file(folder / "run.toml", case_text);
   attempt.resumes_ = fs::exists(folder / "run.checkpoint");
   return attempt;
 }
@@ -168,6 +168,7 @@ bool RunFolder::finish(RunAttempt attempt, const RunResult& result) const {
   for (const char* name : kept_files) {
     std::error_code error;
     if (!fs::exists(attempt.folder() / name)) continue;
+    flush_file(attempt.folder() / name);
     fs::rename(attempt.folder() / name, path_ / name, error);
     if (error) throw FileError((path_ / name).string() + ": cannot be written: " + error.message());
   }

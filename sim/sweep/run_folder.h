@@ -93,7 +93,8 @@ class RunFolder {
   // FileError.
   std::optional<RunAttempt> begin(const std::string& case_text, bool anew = false) const;
 
-  // Moves the files of the attempt into the folder, then writes the result. Returns false if the
+  // Moves the files of the attempt into the folder, then writes the result. All are on the disk
+  // before the result is, so that a result has its files if the machine stops. Returns false if the
   // attempt was taken over by another worker; nothing is then written. Throws FileError.
   bool finish(RunAttempt attempt, const RunResult& result) const;
 

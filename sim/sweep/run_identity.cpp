@@ -77,12 +77,13 @@ std::string sha256(std::string_view bytes) {
   return digest.text();
 }
 
-std::string RunHasher::hash(const Case& source) {
+std::string RunHasher::hash(const Case& source, bool estimates_error) {
   Case copy = source;
   copy.outputs.clear();
   copy.compute.threads.reset();
   copy.compute.backend = ComputeBackend::automatic;
   std::string inputs = "weft numerics " + std::to_string(numerics_version) + '\n' + case_text(copy);
+  if (estimates_error) inputs += "error estimate\n";
   for_each_input_file(copy, [&](std::string& path) {
     inputs += "file " + digest_of_file(place_of(source, path).string()) + '\n';
   });

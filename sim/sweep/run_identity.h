@@ -18,9 +18,10 @@ class RunHasher {
  public:
   // Returns the hash of the numerics number, the resolved case and the bytes of the files it reads.
   // The number of threads, the device of the contact search and [outputs], on which no trajectory
-  // depends, are left out. Throws FileError for a file that cannot be read. Precondition: the case
-  // comes from the reader, and its accuracy is not settled.
-  std::string hash(const Case& source);
+  // depends, are left out. A run that measures its error is another one. Throws FileError for a
+  // file that cannot be read. Precondition: the case comes from the reader, and its accuracy is not
+  // settled.
+  std::string hash(const Case& source, bool estimates_error = false);
 
  private:
   const std::string& digest_of_file(const std::string& path);

@@ -18,7 +18,7 @@ struct FactorValue {
 struct SummaryRow {
   std::string hash;                  // name of its folder
   std::string status;                // "done", "failed", "interrupted", "not begun", ...
-  std::string failure;               // kind of a failure; "none" without one
+  std::string failure;               // kind of a failure; empty without one
   std::string reason;                // reason of a failure, in words; else empty
   std::vector<FactorValue> factors;  // in the order of Summary::factors
   std::vector<double> outputs;       // in the order of Summary::outputs; NaN for what is missing

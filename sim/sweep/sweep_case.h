@@ -53,13 +53,15 @@ struct SweepCase {
   std::vector<FactorCase> factors;        // [factors], in the order of the file
   SampleCase sample;                      // [sample]
   LimitsCase limits;                      // [limits]
+  bool estimate_error = false;            // runs measure their errors (weft run --estimate-error)
   std::vector<ListedRun> run;             // [[run]]
   std::vector<OutputExpression> outputs;  // [outputs], in the order of the file
 
   std::string path;  // path of the sweep file
   std::string text;  // text of the sweep file
   // Places of values, or of the nearest tables around them.
-  SourceLocation base_location, factors_location, method_location, repeat_key_location;
+  SourceLocation base_location, factors_location, method_location, repeat_key_location,
+      estimate_location;
 };
 
 Table describe(FactorCase& target);

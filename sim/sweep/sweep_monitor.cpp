@@ -73,6 +73,7 @@ SweepMonitor::SweepMonitor(std::filesystem::path directory, const SweepPlan& pla
       options_(options),
       terminal_(isatty(STDERR_FILENO) != 0) {
   to_do_ = static_cast<int>(records.size() - std::ranges::count_if(records, has_ended));
+  for (std::size_t i = 0; i < plan.runs.size(); ++i) runs_of_hash_.emplace(plan.runs[i].hash, i);
 }
 
 SweepMonitor::~SweepMonitor() { erase_table(); }
@@ -87,10 +88,11 @@ void SweepMonitor::begun(std::size_t index, int attempt, const std::filesystem::
 
 void SweepMonitor::ended(std::size_t index, const RunResult& result) {
   const RunState state = result.is_done() ? RunState::done : RunState::failed;
-  for (std::size_t i = 0; i < records_.size(); ++i) {  // runs of the same hash share the result
-    if (plan_.runs[i].hash != plan_.runs[index].hash) continue;
-    if (!has_ended(records_[i])) --to_do_;
-    records_[i] = {state, result};
+  const auto [first, last] = runs_of_hash_.equal_range(plan_.runs[index].hash);
+  for (auto same = first; same != last; ++same) {
+    RunRecord& record = records_[same->second];
+    if (!has_ended(record)) --to_do_;
+    record = {state, result};
   }
   std::erase_if(shown_, [&](const Shown& run) { return run.index == index; });
   collector_.forget(plan_.runs[index].hash);
@@ -99,13 +101,18 @@ void SweepMonitor::ended(std::size_t index, const RunResult& result) {
   print(index, std::string(state_name(state)) + " in " +
                    rounded_text(std::round(result.wall_seconds * 100) / 100) + " s" +
                    (result.reason.empty() ? "" : ": " + result.reason));
-  if (options_.writes_summary && Clock::now() >= next_summary_) {
-    const Clock::time_point start = Clock::now();
-    write_summary(directory_, plan_, records_, collector_);
-    const double pause = std::max(summary_after, summary_share * seconds_since(start));
-    next_summary_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                       std::chrono::duration<double>(pause));
-  }
+  is_summary_old_ = true;
+  refresh_summary();
+}
+
+void SweepMonitor::refresh_summary() {
+  if (!options_.writes_summary || !is_summary_old_ || Clock::now() < next_summary_) return;
+  const Clock::time_point start = Clock::now();
+  write_summary(directory_, plan_, records_, collector_);
+  is_summary_old_ = false;
+  const double pause = std::max(summary_after, summary_share * seconds_since(start));
+  next_summary_ = Clock::now() +
+                  std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(pause));
 }
 
 void SweepMonitor::interrupted(std::size_t index) {
@@ -121,13 +128,10 @@ void SweepMonitor::left_to_another(std::size_t index) {
 }
 
 void SweepMonitor::idle() {
+  refresh_summary();
   if (options_.quiet || !terminal_ || seconds_since(last_drawn_) < redrawn_after) return;
   erase_table();
   draw_table();
-}
-
-void SweepMonitor::write_last_summary() {
-  if (options_.writes_summary) write_summary(directory_, plan_, records_, collector_);
 }
 
 void SweepMonitor::print(std::size_t index, const std::string& text) {

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <list>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "sim/sweep/local_engine.h"
@@ -21,7 +23,7 @@ class SweepMonitor final : public EngineObserver {
   struct Options {
     int processes = 1;
     bool quiet = false;          // prints nothing
-    bool writes_summary = true;  // rewrites summary.csv as runs end, at most once a second
+    bool writes_summary = true;  // rewrites the summary as runs end, in a twentieth of the time
   };
   SweepMonitor(std::filesystem::path directory, const SweepPlan& plan,
                std::vector<RunRecord>& records, OutputCollector& collector, const Options& options);
@@ -34,8 +36,6 @@ class SweepMonitor final : public EngineObserver {
   void interrupted(std::size_t index) override;
   void left_to_another(std::size_t index) override;
   void idle() override;
-  // Writes the summary with all results so far.
-  void write_last_summary();
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -45,6 +45,8 @@ class SweepMonitor final : public EngineObserver {
     Clock::time_point start;
   };
 
+  // Writes the summary if a run has ended since the last one, unless that was just now.
+  void refresh_summary();
   void print(std::size_t index, const std::string& text);
   void erase_table();
   void draw_table();
@@ -57,11 +59,14 @@ class SweepMonitor final : public EngineObserver {
   OutputCollector& collector_;
   Options options_;
   bool terminal_;
+  // Runs of the plan by their hash: runs of one hash share the result.
+  std::unordered_multimap<std::string_view, std::size_t> runs_of_hash_;
   std::list<Shown> shown_;
   int lines_drawn_ = 0;
-  int ended_here_ = 0;       // runs that this object saw end
-  double seconds_here_ = 0;  // their wall time, s
-  int to_do_ = 0;            // runs without a result
+  int ended_here_ = 0;           // runs that this object saw end
+  double seconds_here_ = 0;      // their wall time, s
+  int to_do_ = 0;                // runs without a result
+  bool is_summary_old_ = false;  // a run has ended since the last summary
   Clock::time_point last_drawn_, next_summary_;
 };
 

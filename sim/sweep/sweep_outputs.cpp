@@ -42,10 +42,10 @@ void check_outputs(const SweepPlan& plan) {
   Case source = parse_case(first->case_text, plan.sweep);
   source.outputs = outputs;
   if (source.awaits_accuracy()) {
-    check_outputs_before_pilot(source, false);
+    check_outputs_before_pilot(source, plan.estimate_error);
   } else {
     read_restart(source);
-    check_outputs(*build_scene(source), false);
+    check_outputs(*build_scene(source), plan.estimate_error);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "sim/case/case_text.h"
 #include "sim/case/case_tree.h"
 #include "sim/case/case_writer.h"
+#include "sim/case/time_methods.h"
 #include "sim/sweep/run_identity.h"
 #include "sim/sweep/sample_points.h"
 #include "sim/sweep/sweep_reader.h"
@@ -73,6 +74,7 @@ class Planner {
   SweepPlan plan() {
     plan_.sweep = sweep_.path;
     plan_.limits = sweep_.limits;
+    plan_.estimate_error = sweep_.estimate_error;
     plan_.sweep_outputs = sweep_.outputs;
     for (const Column& column : columns_) plan_.factors.push_back(column.key);
     const bool repeats = sweep_.sample.repeats > 1;
@@ -270,14 +272,21 @@ class Planner {
     }
     try {
       const Case source = parse_case(base_, base_path_, overrides);
+      if (sweep_.estimate_error) refuse_error_of_equilibrium(source);
       if (plan_.case_outputs.empty()) plan_.case_outputs = source.outputs;
-      run.hash = hasher_.hash(source);
+      run.hash = hasher_.hash(source, sweep_.estimate_error);
       run.case_text = portable_case_text(source);
     } catch (const CaseError& error) {
       if (!first_refusal_) first_refusal_ = std::current_exception();
       run.refusal = error.what();
       run.hash = hash_of_refused(overrides);
     }
+  }
+
+  void refuse_error_of_equilibrium(const Case& source) const {
+    if (!traits_of(source.time.method).finds_equilibria()) return;
+    throw CaseError(sweep_.estimate_location, "time.method = \"static\" has no error of time steps",
+                    "expected another time.method, or estimate_error = false");
   }
 
   std::string hash_of_refused(const std::vector<CaseOverride>& overrides) const {

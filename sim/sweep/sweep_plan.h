@@ -22,6 +22,7 @@ struct SweepPlan {
   std::string sweep;                 // path of the sweep file
   std::vector<std::string> factors;  // case keys that vary: factors, then the key of repeats
   LimitsCase limits;
+  bool estimate_error = false;  // runs measure their errors (weft run --estimate-error)
   // [outputs] of the case and of the sweep file (sweep_outputs.h).
   std::vector<OutputExpression> case_outputs, sweep_outputs;
   std::vector<PlannedRun> runs;

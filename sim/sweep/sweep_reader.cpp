@@ -213,6 +213,7 @@ SweepCase parse_sweep(const std::string& text, const std::string& path) {
   sweep.factors_location = locations.key("factors");
   sweep.method_location = locations.value("sample.method");
   sweep.repeat_key_location = locations.value("sample.repeat_key");
+  sweep.estimate_location = locations.value("estimate_error");
   check_sweep(sweep, locations);
   return sweep;
 }

@@ -91,8 +91,9 @@ Table describe(ListedRun& target) {
 }
 
 Table describe(SweepCase& target) {
-  auto& [base, set, factors, sample, limits, run, outputs, path, text, base_location,
-         factors_location, method_location, repeat_key_location] = target;
+  auto& [base, set, factors, sample, limits, estimate_error, run, outputs, path, text,
+         base_location, factors_location, method_location, repeat_key_location, estimate_location] =
+      target;
   TableList of_factors = tables(&factors, true);
   of_factors.named_by_case_keys = true;
   Table result{{
@@ -106,6 +107,9 @@ Table describe(SweepCase& target) {
             "either list, range, uniform or log_uniform."),
       field("sample", table(&sample), "How the values of the factors make runs."),
       field("limits", table(&limits), "Limits of each run."),
+      field("estimate_error", &estimate_error,
+            "Measure the error of each run by a second, more exact one, as weft run "
+            "--estimate-error does: \"max(error_estimate_BODY)\" is then an output."),
       field("run", tables(&run), "Runs of sample.method = \"list\", one by one."),
       field("outputs", &outputs,
             "Numbers of each run for the summary: expressions over what it records, such as "

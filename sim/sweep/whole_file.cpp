@@ -35,7 +35,7 @@ class Descriptor {
   int number_;
 };
 
-// Writes and flushes all bytes. Returns false if the system cannot.
+// Writes all bytes. Returns false if the system cannot.
 bool write_all(int file, std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t count = write(file, bytes.data(), bytes.size());
@@ -43,7 +43,7 @@ bool write_all(int file, std::string_view bytes) {
     if (count < 0) return false;
     bytes.remove_prefix(static_cast<std::size_t>(count));
   }
-  return fdatasync(file) == 0;
+  return true;
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ void write_whole_file(const std::filesystem::path& path, const std::string& text
   {
     const Descriptor file(aside, O_WRONLY | O_CREAT | O_TRUNC);
     if (file.number() < 0) fail(path, "cannot be written", errno);
-    if (!write_all(file.number(), text)) {
+    if (!write_all(file.number(), text) || fdatasync(file.number()) != 0) {
       const int error = errno;
       unlink(aside.c_str());
       fail(path, "cannot be written", error);
@@ -71,6 +71,16 @@ void write_whole_file(const std::filesystem::path& path, const std::string& text
     unlink(aside.c_str());
     fail(path, "cannot be written", error);
   }
+}
+
+void write_file(const std::filesystem::path& path, const std::string& text) {
+  const Descriptor file(path, O_WRONLY | O_CREAT | O_TRUNC);
+  if (file.number() < 0 || !write_all(file.number(), text)) fail(path, "cannot be written", errno);
+}
+
+void flush_file(const std::filesystem::path& path) {
+  const Descriptor file(path, O_RDONLY);
+  if (file.number() < 0 || fdatasync(file.number()) != 0) fail(path, "cannot be written", errno);
 }
 
 std::optional<std::string> read_whole_file(const std::filesystem::path& path) {
