@@ -1,7 +1,5 @@
 #include "bench/calculix_comparison.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -74,16 +72,6 @@ double error_of(const Run& run, const Truth& truth) {
 
 Vec3 direction_of(const sim::LoadCase& load) {
   return load.force.curve()->values.back().normalized();
-}
-
-// The `weft` of this build or installation.
-std::string weft_command() {
-  const auto folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-  const std::filesystem::path places[] = {folder / "weft", folder.parent_path() / "sim" / "weft"};
-  for (const std::filesystem::path& place : places) {
-    if (access(place.c_str(), X_OK) == 0) return place.string();
-  }
-  throw std::runtime_error("weft is neither beside weft-bench nor in the build folder");
 }
 
 Run run_weft(const Contest& contest, int side) {

@@ -1,23 +1,34 @@
-// Cost of planning, listing and looking at a sweep of many runs, without the runs.
+// Cost of planning, listing and summarising a sweep of many runs, without the runs.
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
 
 #include "bench/experiments.h"
 #include "bench/temporary_folder.h"
+#include "bench/timed_command.h"
 #include "sim/base/stopwatch.h"
+#include "sim/case/case_reader.h"
+#include "sim/run/recorded_run.h"
+#include "sim/sweep/correlation.h"
 #include "sim/sweep/plan_file.h"
 #include "sim/sweep/run_folder.h"
+#include "sim/sweep/sweep_monitor.h"
 #include "sim/sweep/sweep_outputs.h"
 #include "sim/sweep/sweep_reader.h"
 #include "sim/sweep/sweep_records.h"
+#include "sim/sweep/whole_file.h"
 
 namespace weft::bench {
 
 namespace {
 
+namespace fs = std::filesystem;
 using namespace weft::sim;
 
 constexpr const char* base_case = R"([contact]
@@ -26,11 +37,11 @@ friction = 0.3
 density = 0.2
 [[body]]
 name = "sheet"
-shape = { type = "rectangle", size = [1, 1], resolution = [33, 33] }
+shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
 [[obstacle]]
 name = "ball"
 position = [0, 0, -0.5]
-shape = { type = "sphere", radius = 0.3, resolution = [17] }
+shape = { type = "sphere", radius = 0.3, resolution = [9] }
 )";
 
 std::string sweep_text(int runs) {
@@ -40,7 +51,9 @@ std::string sweep_text(int runs) {
          "\"material.cotton.bending_stiffness\" = { log_uniform = [1e-6, 1e-4] }\n"
          "\"time.duration\" = { uniform = [0.1, 0.5] }\n"
          "[sample]\nmethod = \"sobol\"\nruns = " +
-         std::to_string(runs) + "\n";
+         std::to_string(runs) +
+         "\n[outputs]\nstretch = \"max(largest_stretch)\"\n"
+         "tip = \"last(position('sheet', 0, 0).z)\"\n";
 }
 
 void write(const std::string& path, const std::string& text) {
@@ -50,56 +63,141 @@ void write(const std::string& path, const std::string& text) {
 struct Row {
   std::string step;
   Cost cost;
+  bool is_command = false;  // a command of its own, which includes other rows
 };
 
-// Writes the result of a run that took no time.
-void write_result(const std::string& folder, const PlannedRun& run) {
-  const RunFolder run_folder(folder, run.hash);
-  std::optional<RunAttempt> attempt = run_folder.begin(run.case_text);
-  RunResult result;
-  result.hash = run.hash;
-  result.version = "bench";
-  if (attempt) run_folder.finish(std::move(*attempt), result);
+// A sweep in a temporary folder, and the costs of what is done with it.
+class ManyRuns {
+ public:
+  explicit ManyRuns(int runs) {
+    write(folder_.path("base.toml"), base_case);
+    write(folder_.path("sweep.toml"), sweep_text(runs));
+    RunOptions options;
+    options.trajectory = folder_.path("run.h5");
+    run_simulation(read_case(folder_.path("base.toml"), {"time.duration=0.001"}), options);
+  }
+
+  // Measures the parts of a sweep in this process, then the commands.
+  void measure() {
+    time("plan", [&] { plan_ = plan_sweep(read_sweep(folder_.path("sweep.toml"))); });
+    time("write plan", [&] { write_plan(sweep_, plan_); });
+    time_command("weft sweep --dry-run", {"sweep", "sweep.toml", "-o", sweep_, "--dry-run"});
+    const auto outputs = joined_outputs(plan_.case_outputs, plan_.sweep_outputs);
+    values_ = output_values(folder_.path("run.h5"), outputs);
+    const std::size_t written = std::min<std::size_t>(100, plan_.runs.size());
+    time("write 100 results", [&] {
+      for (std::size_t i = 0; i < written; ++i) write_result(plan_.runs[i]);
+    });
+    for (std::size_t i = written; i < plan_.runs.size(); ++i) copy_result(plan_.runs[i]);
+    std::vector<RunRecord> records(plan_.runs.size());
+    OutputCollector collector(sweep_, outputs);
+    time("summaries as runs end", [&] { end_all_runs(records, collector); });
+    time("last summary", [&] { write_summary(sweep_, plan_, records, collector); });
+    time("plots", [&] { write_plots(summary_of(plan_, records, collector), sweep_); });
+    time("read plan", [&] { plan_ = read_plan(sweep_); });
+    time("read results", [&] { records = read_records(sweep_, plan_); });
+    done_ = count_records(records).done;
+    time_command("weft sweep status", {"sweep", "status", sweep_});
+    time_command("weft sweep collect", {"sweep", "collect", sweep_});
+    time_command("weft sweep, all done", {"sweep", "sweep.toml", "-o", sweep_, "--quiet"});
+  }
+
+  const std::vector<Row>& rows() const { return rows_; }
+  bool is_complete() const { return done_ == static_cast<int>(plan_.runs.size()); }
+  int done() const { return done_; }
+
+ private:
+  void time(const char* step, const std::function<void()>& work) {
+    const Stopwatch stopwatch;
+    work();
+    rows_.push_back({step, stopwatch.elapsed(), false});
+  }
+
+  void time_command(const char* step, std::vector<std::string> words) {
+    words.insert(words.begin(), weft_command());
+    const Stopwatch stopwatch;
+    const TimedCommand command = run_command(words, folder_.path());
+    if (!command.is_well) throw std::runtime_error(std::string(step) + ": " + command.output);
+    rows_.push_back({step, {stopwatch.elapsed().wall, command.cpu_s}, true});
+  }
+
+  // Gives a run its result and its trajectory, as an engine does. All trajectories share the bytes
+  // of one file.
+  void write_result(const PlannedRun& run) const {
+    const RunFolder run_folder(sweep_, run.hash);
+    std::optional<RunAttempt> attempt = run_folder.begin(run.case_text);
+    if (!attempt) return;
+    fs::create_hard_link(folder_.path("run.h5"), attempt->folder() / "run.h5");
+    run_folder.finish(std::move(*attempt), result_of(run));
+  }
+
+  // Gives a run the result of the first one, without waiting for the disk.
+  void copy_result(const PlannedRun& run) const {
+    const std::string& first = plan_.runs.front().hash;
+    const fs::path from = RunFolder(sweep_, first).path(), to = RunFolder(sweep_, run.hash).path();
+    if (!fs::create_directories(to)) return;
+    fs::create_hard_link(folder_.path("run.h5"), to / "run.h5");
+    write((to / "run.toml").string(), run.case_text);
+    std::string result = read_whole_file(from / "result.json").value();
+    result.replace(result.find(first), first.size(), run.hash);
+    write((to / "result.json").string(), result);
+  }
+
+  // Tells the monitor of a sweep that run after run ends, as fast as it takes the news.
+  void end_all_runs(std::vector<RunRecord>& records, OutputCollector& collector) const {
+    SweepMonitor monitor(sweep_, plan_, records, collector, {1, true, true});
+    for (std::size_t i = 0; i < plan_.runs.size(); ++i) monitor.ended(i, result_of(plan_.runs[i]));
+  }
+
+  RunResult result_of(const PlannedRun& run) const {
+    RunResult result;
+    result.hash = run.hash;
+    result.version = "bench";
+    result.report = "{\"status\": \"done\", \"steps\": 1}";
+    result.outputs = values_;
+    return result;
+  }
+
+  const TemporaryFolder folder_;
+  const std::string sweep_ = folder_.path("out");
+  SweepPlan plan_;
+  std::map<std::string, double> values_;  // outputs of each run
+  std::vector<Row> rows_;
+  int done_ = 0;
+};
+
+void print_table(int runs, const std::vector<Row>& rows) {
+  std::printf("%d runs of four factors and two outputs\n", runs);
+  for (const bool are_commands : {false, true}) {
+    std::printf("\n%-24s %9s %9s\n", are_commands ? "command" : "part", "wall s", "CPU s");
+    for (const Row& row : rows) {
+      if (row.is_command == are_commands)
+        std::printf("%-24s %9.3f %9.3f\n", row.step.c_str(), row.cost.wall, row.cost.cpu);
+    }
+  }
+}
+
+nlohmann::ordered_json json_of(int runs, const std::vector<Row>& rows) {
+  nlohmann::ordered_json json{{"runs", runs}, {"rows", nlohmann::json::array()}};
+  for (const Row& row : rows) {
+    json["rows"].push_back(
+        {{"step", row.step}, {"wall_s", row.cost.wall}, {"cpu_s", row.cost.cpu}});
+  }
+  return json;
 }
 
 }  // namespace
 
 int run_sweeps(const SweepsOptions& options) {
-  const TemporaryFolder folder;
-  write(folder.path("base.toml"), base_case);
-  write(folder.path("sweep.toml"), sweep_text(options.runs));
-  std::vector<Row> rows;
-  const auto measure = [&](const char* step, const std::function<void()>& work) {
-    const Stopwatch stopwatch;
-    work();
-    rows.push_back({step, stopwatch.elapsed()});
-  };
-  SweepPlan plan;
-  std::vector<RunRecord> records;
-  measure("plan", [&] { plan = plan_sweep(read_sweep(folder.path("sweep.toml"))); });
-  measure("write plan", [&] { write_plan(folder.path(), plan); });
-  measure("read plan", [&] { plan = read_plan(folder.path()); });
-  measure("status, none begun", [&] { records = read_records(folder.path(), plan); });
-  measure("write results", [&] {
-    for (const PlannedRun& run : plan.runs) write_result(folder.path(), run);
-  });
-  measure("status, all done", [&] { records = read_records(folder.path(), plan); });
-  OutputCollector collector(folder.path(), joined_outputs(plan.case_outputs, plan.sweep_outputs));
-  measure("summary", [&] { write_summary(folder.path(), plan, records, collector); });
-  const int done = count_records(records).done;
-
-  nlohmann::ordered_json json{{"runs", options.runs}, {"rows", nlohmann::json::array()}};
-  if (!options.json)
-    std::printf("%d runs\n%-20s %9s %9s\n", options.runs, "step", "wall s", "CPU s");
-  for (const Row& row : rows) {
-    json["rows"].push_back(
-        {{"step", row.step}, {"wall_s", row.cost.wall}, {"cpu_s", row.cost.cpu}});
-    if (!options.json)
-      std::printf("%-20s %9.3f %9.3f\n", row.step.c_str(), row.cost.wall, row.cost.cpu);
+  ManyRuns sweep(options.runs);
+  sweep.measure();
+  if (options.json) {
+    std::printf("%s\n", json_of(options.runs, sweep.rows()).dump(2).c_str());
+  } else {
+    print_table(options.runs, sweep.rows());
   }
-  if (options.json) std::printf("%s\n", json.dump(2).c_str());
-  if (done == static_cast<int>(plan.runs.size())) return 0;
-  std::fprintf(stderr, "%d of %zu runs are done\n", done, plan.runs.size());
+  if (sweep.is_complete()) return 0;
+  std::fprintf(stderr, "%d of %d runs are done\n", sweep.done(), options.runs);
   return 1;
 }
 

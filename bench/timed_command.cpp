@@ -7,9 +7,11 @@
 
 #include <cerrno>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <sstream>
+#include <stdexcept>
 #include <system_error>
 
 namespace weft::bench {
@@ -47,6 +49,15 @@ TimedCommand run_command(const std::vector<std::string>& words, const std::strin
   return {.is_well = WIFEXITED(status) && WEXITSTATUS(status) == 0,
           .cpu_s = seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime),
           .output = {std::istreambuf_iterator<char>(file), {}}};
+}
+
+std::string weft_command() {
+  const auto folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const std::filesystem::path places[] = {folder / "weft", folder.parent_path() / "sim" / "weft"};
+  for (const std::filesystem::path& place : places) {
+    if (access(place.c_str(), X_OK) == 0) return place.string();
+  }
+  throw std::runtime_error("weft is neither beside weft-bench nor in the build folder");
 }
 
 bool is_installed(const std::string& program) {

@@ -17,6 +17,10 @@ struct TimedCommand {
 // std::system_error if no process can be started.
 TimedCommand run_command(const std::vector<std::string>& words, const std::string& folder);
 
+// Returns the path of the `weft` of this build or installation. Throws std::runtime_error if it is
+// not there.
+std::string weft_command();
+
 // Returns true if PATH has such a program.
 bool is_installed(const std::string& program);
 

@@ -312,7 +312,8 @@ int collect_sweep(const SweepCommand& command) {
     plan.sweep_outputs = outputs_to_collect(command, plan);
     check_outputs(plan);
     const std::vector<RunRecord> records = read_records(directory, plan);
-    OutputCollector collector(directory, joined_outputs(plan.case_outputs, plan.sweep_outputs));
+    OutputCollector collector(directory, joined_outputs(plan.case_outputs, plan.sweep_outputs),
+                              true);
     const Summary summary = summary_of(plan, records, collector);
     write_summary(summary, directory);
     write_plots(summary, directory);

@@ -15,6 +15,7 @@
 #include "sim/base/file_error.h"
 #include "sim/case/case_text.h"
 #include "sim/sweep/child_process.h"
+#include "sim/sweep/sweep_outputs.h"
 #include "sim/sweep/whole_file.h"
 
 namespace weft::sim {
@@ -243,6 +244,7 @@ class LocalEngine {
     result.version = WEFT_VERSION;
     result.report = read_whole_file(ended.attempt.folder() / "report.json").value_or("");
     result.peak_memory = peak_memory_in(result.report).value_or(end.peak_memory);
+    result.outputs = output_values(ended.attempt.folder() / "run.h5", outputs_);
     explain(result, ended);
     return result;
   }
@@ -274,6 +276,8 @@ class LocalEngine {
   const SweepPlan& plan_;
   const EngineOptions& options_;
   EngineObserver& observer_;
+  const std::vector<OutputExpression> outputs_ =
+      joined_outputs(plan_.case_outputs, plan_.sweep_outputs);
   BlockedSignals signals_;
   std::deque<Waiting> waiting_;
   std::list<Active> active_;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -57,6 +58,9 @@ Json result_json(const RunResult& result) {
             {"peak_memory_mib", result.peak_memory},
             {"weft_version", result.version},
             {"numerics", numerics_version}};
+  json["outputs"] = Json::object();
+  for (const auto& [text, value] : result.outputs)
+    if (!std::isinf(value)) json["outputs"][text] = std::isnan(value) ? Json() : Json(value);
   const Json report = Json::parse(result.report, nullptr, false);
   json["report"] = report.is_discarded() ? Json() : report;
   return json;
@@ -78,6 +82,10 @@ RunResult result_from(const Json& json) {
   json.at("cpu_s").get_to(result.cpu_seconds);
   json.at("peak_memory_mib").get_to(result.peak_memory);
   json.at("weft_version").get_to(result.version);
+  if (json.contains("outputs")) {
+    for (const auto& [text, value] : json.at("outputs").items())
+      result.outputs[text] = value.is_null() ? NAN : value.get<double>();
+  }
   if (!json.at("report").is_null()) result.report = json.at("report").dump();
   return result;
 }

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -37,6 +38,9 @@ struct RunResult {
   double peak_memory = 0;  // MiB, resident
   std::string version;     // of Weft
   std::string report;      // the JSON object that weft run printed; empty without
+  // Outputs of the sweep by their expressions, as the trajectory had them when the run ended; NaN
+  // for what does not exist. Outputs that cannot be computed are left out.
+  std::map<std::string, double> outputs;
 
   bool is_done() const { return failure == Failure::none; }
 };

@@ -1,6 +1,7 @@
 #include "sim/sweep/sweep_outputs.h"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 
 #include "sim/base/file_error.h"
@@ -17,6 +18,29 @@ namespace weft::sim {
 namespace {
 
 namespace fs = std::filesystem;
+
+// Returns the values of outputs by their expressions. Calls complain(reason) for each that the
+// trajectory cannot answer, and once for a trajectory that cannot be read.
+std::map<std::string, double> evaluate(const fs::path& trajectory,
+                                       const std::vector<OutputExpression>& outputs,
+                                       const std::function<void(const std::string&)>& complain) {
+  std::map<std::string, double> values;
+  std::error_code unknown;
+  if (outputs.empty() || !fs::exists(trajectory, unknown)) return values;
+  try {
+    const TrajectoryReader reader(trajectory.string());
+    for (const OutputExpression& output : outputs) {
+      try {
+        values[output.text.text] = evaluate_outputs({output}, reader).front().second;
+      } catch (const CaseError& error) {
+        complain(error.what());
+      }
+    }
+  } catch (const FileError& error) {
+    complain(error.what());
+  }
+  return values;
+}
 
 FactorValue factor_value(const std::string& toml) { return {plain_text(toml), number_of(toml)}; }
 
@@ -49,34 +73,39 @@ void check_outputs(const SweepPlan& plan) {
   }
 }
 
-OutputCollector::OutputCollector(fs::path directory, std::vector<OutputExpression> outputs)
-    : directory_(std::move(directory)), outputs_(std::move(outputs)) {}
-
-const std::vector<double>& OutputCollector::values(const std::string& hash) {
-  const auto known = values_.find(hash);
-  return known != values_.end() ? known->second
-                                : values_.emplace(hash, compute(hash)).first->second;
+std::map<std::string, double> output_values(const fs::path& trajectory,
+                                            const std::vector<OutputExpression>& outputs) {
+  return evaluate(trajectory, outputs, [](const std::string&) {});
 }
 
-std::vector<double> OutputCollector::compute(const std::string& hash) {
-  std::vector<double> values(outputs_.size(), std::numeric_limits<double>::quiet_NaN());
+OutputCollector::OutputCollector(fs::path directory, std::vector<OutputExpression> outputs,
+                                 bool anew)
+    : directory_(std::move(directory)), outputs_(std::move(outputs)), anew_(anew) {}
+
+const std::vector<double>& OutputCollector::values(const std::string& hash,
+                                                   const RunResult& result) {
+  const auto known = values_.find(hash);
+  return known != values_.end() ? known->second
+                                : values_.emplace(hash, compute(hash, result)).first->second;
+}
+
+std::vector<double> OutputCollector::compute(const std::string& hash, const RunResult& result) {
+  std::map<std::string, double> found = result.outputs;
+  const bool has_all = std::ranges::all_of(
+      outputs_, [&](const OutputExpression& output) { return found.contains(output.text.text); });
   const fs::path trajectory = RunFolder(directory_, hash).path() / "run.h5";
   std::error_code unknown;
-  if (outputs_.empty() || !fs::exists(trajectory, unknown)) return values;
-  const auto complain = [&](const std::string& reason) {
-    if (std::ranges::find(complaints_, reason) == complaints_.end()) complaints_.push_back(reason);
-  };
-  try {
-    const TrajectoryReader reader(trajectory.string());
-    for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      try {
-        values[i] = evaluate_outputs({outputs_[i]}, reader).front().second;
-      } catch (const CaseError& error) {
-        complain(error.what());
-      }
-    }
-  } catch (const FileError& error) {
-    complain(error.what());
+  if ((anew_ || !has_all) && fs::exists(trajectory, unknown)) {
+    found = evaluate(trajectory, outputs_, [&](const std::string& reason) {
+      if (std::ranges::find(complaints_, reason) == complaints_.end())
+        complaints_.push_back(reason);
+    });
+  }
+  std::vector<double> values;
+  for (const OutputExpression& output : outputs_) {
+    const auto value = found.find(output.text.text);
+    values.push_back(value != found.end() ? value->second
+                                          : std::numeric_limits<double>::quiet_NaN());
   }
   return values;
 }
@@ -98,7 +127,7 @@ Summary summary_of(const SweepPlan& plan, const std::vector<RunRecord>& records,
     for (const std::string& value : run.values) row.factors.push_back(factor_value(value));
     row.has_ended = state == RunState::done || state == RunState::failed;
     const bool has_begun = row.has_ended && run.refusal.empty();
-    row.outputs = has_begun ? collector.values(run.hash) : none;
+    row.outputs = has_begun ? collector.values(run.hash, result) : none;
     row.wall_time = result.wall_seconds;
     row.cpu_time = result.cpu_seconds;
     row.peak_memory = result.peak_memory;

@@ -22,27 +22,35 @@ std::vector<OutputExpression> joined_outputs(std::vector<OutputExpression> of_ca
 // begin does not record. Makes a simulation of that run, unless there are no outputs.
 void check_outputs(const SweepPlan& plan);
 
-// Computes outputs from the trajectories in the folders of runs, each run once.
+// Returns the values of outputs by their expressions, for the result of a run that has ended. Those
+// that the trajectory cannot answer are left out, all if it cannot be read or is not there.
+std::map<std::string, double> output_values(const std::filesystem::path& trajectory,
+                                            const std::vector<OutputExpression>& outputs);
+
+// Collects the outputs of runs, each run once.
 class OutputCollector {
  public:
-  // `directory` is the folder of the sweep.
-  OutputCollector(std::filesystem::path directory, std::vector<OutputExpression> outputs);
+  // `anew`: from the trajectories, where they are there, even of runs whose results have the
+  // outputs already. `directory` is the folder of the sweep.
+  OutputCollector(std::filesystem::path directory, std::vector<OutputExpression> outputs,
+                  bool anew = false);
 
   const std::vector<OutputExpression>& outputs() const { return outputs_; }
-  // Returns the outputs of a run that has ended, NaN for those that do not exist. A run without a
-  // trajectory has none. A run whose trajectory cannot be read, or does not have what an output
-  // asks for, has none either, and adds a complaint.
-  const std::vector<double>& values(const std::string& hash);
+  // Returns the outputs of a run that has ended with this result, NaN for those that do not exist.
+  // A run without a trajectory has those of its result. A run whose trajectory cannot be read, or
+  // does not have what an output asks for, has none, and adds a complaint.
+  const std::vector<double>& values(const std::string& hash, const RunResult& result);
   // Forgets the outputs of a run that has ended anew.
   void forget(const std::string& hash) { values_.erase(hash); }
   // Returns the reasons why outputs could not be computed, each once.
   const std::vector<std::string>& complaints() const { return complaints_; }
 
  private:
-  std::vector<double> compute(const std::string& hash);
+  std::vector<double> compute(const std::string& hash, const RunResult& result);
 
   std::filesystem::path directory_;
   std::vector<OutputExpression> outputs_;
+  bool anew_;
   std::map<std::string, std::vector<double>> values_;  // by hash
   std::vector<std::string> complaints_;
 };

@@ -513,6 +513,17 @@ memori = 1
 )",
        R"(sweep.toml:5:1: unknown key "memori" in [limits]
   did you mean "memory"?)"},
+      {"error_of_equilibria",
+       R"(case = "base.toml"
+estimate_error = true
+[set]
+"contact.enabled" = false
+"body.sheet.pin" = [{ edges = ["first_row"] }]
+[factors]
+"time.method" = { list = ["static"] }
+)",
+       R"(sweep.toml:2:18: time.method = "static" has no error of time steps
+  expected another time.method, or estimate_error = false)"},
       {"all_runs_refused",
        R"(case = "base.toml"
 [factors]

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "sim/command/run_command.h"
+#include "sim/run/numerics_version.h"
 #include "sim/trajectory/trajectory.h"
 #include "tests/sim/same_datasets.h"
 #include "tests/sim/weft_process.h"
@@ -95,8 +96,8 @@ int kills_per_case() {
   return given == nullptr ? 2 : std::atoi(given);
 }
 
-// Kills runs at random moments and resumes them, until each has ended. A run may be killed several
-// times.
+// Kills a run at random moments and resumes it, until it has ended; then another run, until so many
+// kills as wanted have hit. A kill that comes after the end of a run does not count.
 void CommandResume::expect_equal_after_kills(const std::string& text, unsigned seed) const {
   using Clock = std::chrono::steady_clock;
   write("test.toml", text);
@@ -105,22 +106,21 @@ void CommandResume::expect_equal_after_kills(const std::string& text, unsigned s
   const std::chrono::duration<double> whole_run = Clock::now() - start;
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> fraction(0.0, 1.0);
-  int cut_short = 0;
-  for (int kill = 0; kill < kills_per_case();) {
-    const std::string out = "out" + std::to_string(kill);
+  int kills = 0;
+  for (int runs = 0; kills < kills_per_case(); ++runs) {
+    const std::string out = "out" + std::to_string(runs);
     for (bool has_ended = false; !has_ended;) {
       WeftProcess process(folder(), run_arguments(out, {"--resume"}));
-      if (kill < kills_per_case()) {
+      if (kills < kills_per_case()) {
         std::this_thread::sleep_for(fraction(random) * whole_run);
         process.send(SIGKILL);
-        ++kill;
       }
       const int code = process.wait();
+      ASSERT_TRUE(code == exit_code::done || code == -SIGKILL) << process.err();
       has_ended = code == exit_code::done;
-      cut_short += has_ended ? 0 : 1;
-      ASSERT_TRUE(has_ended || code == -SIGKILL) << process.err();
+      kills += has_ended ? 0 : 1;
     }
-    EXPECT_EQ(differing("whole", out), std::vector<std::string>{}) << "after kill " << kill;
+    EXPECT_EQ(differing("whole", out), std::vector<std::string>{}) << "after " << kills << " kills";
     // Nothing is left but the trajectory, its sidecar and its checkpoint.
     int files = 0;
     for (const auto& entry : std::filesystem::directory_iterator(path(out))) {
@@ -129,7 +129,6 @@ void CommandResume::expect_equal_after_kills(const std::string& text, unsigned s
     }
     EXPECT_EQ(files, 3);
   }
-  EXPECT_GE(cut_short, 1);  // at least one kill came before the end
 }
 
 TEST_F(CommandResume, EqualsAfterKillsInContact) { expect_equal_after_kills(contact_case, 1); }
@@ -192,6 +191,8 @@ TEST_F(CommandResume, GoesOnAfterATerminationALimitAndAFullDisk) {
   for (const char* key : {"steps", "frames", "energies", "largest_stretch", "smallest_gap",
                           "simulated_s", "counters"})
     EXPECT_EQ(again.at(key), rest.at(key)) << key;
+  // The bill adds up the parts.
+  EXPECT_GT(again.at("cpu_s"), 0.9 * rest.at("cpu_s").get<double>());
   EXPECT_EQ(read_bytes(path("out/test.h5")), bytes);
 }
 
@@ -234,6 +235,12 @@ TEST_F(CommandResume, RefusesDamagedCheckpoints) {
   changed[good.size() / 2] ^= 1;
   EXPECT_EQ(refusal(changed), "out/test.checkpoint: is damaged");
   EXPECT_EQ(refusal(good.substr(0, good.size() / 2)), "out/test.checkpoint: is damaged");
+  std::string other_numerics = good;
+  const std::string number = "numerics " + std::to_string(numerics_version);
+  ASSERT_NE(good.find(number), std::string::npos);
+  other_numerics.insert(good.find(number) + number.size(), "0");
+  EXPECT_EQ(refusal(other_numerics),
+            "out/test.checkpoint: is not a checkpoint of this version of Weft");
   EXPECT_EQ(refusal("weft"), "out/test.checkpoint: is not a checkpoint of this version of Weft");
   EXPECT_EQ(refusal(""), "out/test.checkpoint: is not a checkpoint of this version of Weft");
   // A checkpoint of another trajectory of the same case.
@@ -303,6 +310,45 @@ TEST_F(CommandResume, IsRefusedWhileTheRunGoesOn) {
   EXPECT_EQ(second.wait(), exit_code::input_output);
   EXPECT_NE(second.err().find("is being written by a run that has not ended"), std::string::npos)
       << second.err();
+}
+
+// A case begins in the state of another run, on a finer image; what is killed goes on by the same
+// command, which reads the first run again.
+TEST_F(CommandResume, RestartsFromAnotherRun) {
+  write("test.toml", contact_case);
+  run("first", exit_code::done, {"--set", "time.duration=0.05", "--set", "output.velocity=true"});
+  const auto restarted = [&](Arguments more) {
+    for (const char* word : {"--restart-from", "first/test.h5", "--set", "time.duration=0.1",
+                             "--set", "body.sheet.shape.resolution=[13, 13]"})
+      more.emplace_back(word);
+    return more;
+  };
+  run("whole", exit_code::done, restarted({"--time", "0.02"}));
+  const TrajectoryReader first(path("first/test.h5").string());
+  const TrajectoryReader whole(path("whole/test.h5").string());
+  EXPECT_EQ(whole.time(0), 0);
+  const std::vector<Vec3> coarse = first.positions(0, 10), fine = whole.positions(0, 0);
+  ASSERT_EQ(fine.size(), 169U);
+  for (int row = 0; row < 7; ++row) {
+    for (int col = 0; col < 7; ++col) EXPECT_EQ(fine[26 * row + 2 * col], coarse[7 * row + col]);
+  }
+  {
+    WeftProcess process(folder(), run_arguments("parts", restarted({"--time", "0.02"})));
+    wait_for_file("parts/test.checkpoint");
+    process.send(SIGKILL);
+    process.wait();
+  }
+  const nlohmann::json rest =
+      run("parts", exit_code::done, restarted({"--time", "0.02", "--resume"}));
+  EXPECT_GT(rest.at("resumed_at_s"), 0);
+  EXPECT_EQ(differing("whole", "parts"), std::vector<std::string>{});
+  const std::string refusal = run("other", exit_code::bad_case, restarted({"--time", "0.0205"}))
+                                  .at("reason")
+                                  .get<std::string>();
+  EXPECT_NE(refusal.find("has no frame at t = 0.0205 s"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("the nearest is 0.02"), std::string::npos) << refusal;
+  EXPECT_EQ(weft({"run", "test.toml", "--restart-from", "first/test.h5"}).code,
+            exit_code::bad_case);  // without --time
 }
 
 // Steps of a given length lose nothing at a checkpoint, so that the longer run equals a whole one.

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "sim/case/case_error.h"
 #include "sim/run/make_simulation.h"
 #include "sim/run/recorded_run.h"
@@ -139,6 +141,40 @@ TEST_F(Restart, ResamplesImages) {
       EXPECT_EQ(fast[2 * row * cols + 2 * col], slow[row * patch.cols + col]);
     }
   }
+}
+
+// A sheet that lies on a ball, on an image so coarse that its triangles cut into the ball.
+TEST_F(Restart, RefusesImagesThatCrossAnObstacle) {
+  const std::string text = R"(
+[time]
+duration = 0.12
+frames_per_second = 100
+[output]
+velocity = true
+[material.cloth]
+stiffness_damping = 1e-3
+[[body]]
+name = "sheet"
+position = [0, 0, 0.106]
+velocity = [0, 0, -0.4]
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [13, 13] }
+[[obstacle]]
+name = "ball"
+shape = { type = "sphere", radius = 0.1, resolution = [9] }
+)";
+  ASSERT_EQ(run("first.h5", parse(text)).status, RunReport::Status::done);
+  EXPECT_EQ(run("same.h5", parse(text, from("first.h5", "0.12", {"time.duration=0.01"}))).status,
+            RunReport::Status::done);
+  try {
+    run("coarse.h5", parse(text, from("first.h5", "0.12", {"body.sheet.shape.resolution=[3, 3]"})));
+    ADD_FAILURE() << "not refused";
+  } catch (const CaseError& error) {
+    const std::string message = error.what();
+    EXPECT_NE(message.find("\"sheet\""), std::string::npos) << message;
+    EXPECT_NE(message.find("\"ball\""), std::string::npos) << message;
+    EXPECT_NE(message.find("cross"), std::string::npos) << message;
+  }
+  EXPECT_FALSE(std::filesystem::exists(path("coarse.h5")));
 }
 
 // A shell passes through the recorded points of its surface.

@@ -125,6 +125,28 @@ TEST_F(SweepCollect, RefusesOutputsBeforeARunBegins) {
   EXPECT_FALSE(exists("out"));
 }
 
+// Results have the outputs, so that trajectories may be removed.
+TEST_F(SweepCollect, KeepsOutputsOfRunsWithoutTrajectories) {
+  ASSERT_EQ(weft({"sweep", "sweep.toml", "--quiet"}).code, 0);
+  const std::string before = read_bytes(path("out/sweep/summary.csv"));
+  for (const auto& run : std::filesystem::directory_iterator(path("out/sweep/runs")))
+    std::filesystem::remove(run.path() / "run.h5");
+  const std::vector<WeftProcess::Arguments> commands = {{"sweep", "sweep.toml", "--quiet"},
+                                                        {"sweep", "collect", "out/sweep"}};
+  for (const WeftProcess::Arguments& command : commands) {
+    std::filesystem::remove(path("out/sweep/summary.csv"));
+    const Result result = weft(command);
+    EXPECT_EQ(result.code, 0) << result.err;
+    EXPECT_EQ(result.err, "");
+    EXPECT_EQ(read_bytes(path("out/sweep/summary.csv")), before);
+  }
+  // A new question has no answer.
+  write("sweep.toml", std::string(densities) + "width = \"last(size('sheet').x)\"\n");
+  ASSERT_EQ(weft({"sweep", "collect", "out/sweep"}).code, 0);
+  EXPECT_EQ(column("width"), (std::vector<std::string>(4)));
+  EXPECT_EQ(column("cost"), (std::vector<std::string>{"0.04", "0.05", "0.04", "0.05"}));
+}
+
 // The hash of a run does not depend on its outputs: what is done stays done.
 TEST_F(SweepCollect, RunsNothingAgainForNewOutputs) {
   ASSERT_EQ(weft({"sweep", "sweep.toml", "--quiet"}).code, 0);

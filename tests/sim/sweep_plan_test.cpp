@@ -201,6 +201,37 @@ TEST(RunIdentity, HashChangesWithWhatTheResultDependsOn) {
   EXPECT_NE(hash({}), hash({"time.duration=1.0000000000000002"}));
 }
 
+// A run that measures its error is another one.
+TEST_F(SweepPlanTest, ErrorEstimatesArePartOfThePlan) {
+  const SweepPlan without = plan(two_factors),
+                  with = plan(std::string("estimate_error = true\n") + two_factors);
+  EXPECT_TRUE(with.estimate_error);
+  EXPECT_NE(with.runs[0].hash, without.runs[0].hash);
+  EXPECT_EQ(with.runs[0].case_text, without.runs[0].case_text);
+  write_plan(folder_.path(), with);
+  EXPECT_TRUE(read_plan(folder_.path()).estimate_error);
+}
+
+// A run whose shape lies in a file is known by the bytes of the file, whatever its name.
+TEST_F(SweepPlanTest, HashesKnowTheBytesOfFiles) {
+  const auto hash = [&](const std::string& name, const std::string& bytes) {
+    folder_.write(name, bytes);
+    Case source = parse_case(base_case, folder_.path("case.toml"));
+    source.body[0].shape.type = ShapeType::file;
+    source.body[0].shape.path = "shape.h5";
+    return RunHasher().hash(source);
+  };
+  EXPECT_EQ(hash("shape.h5", "one"), hash("shape.h5", "one"));
+  EXPECT_NE(hash("shape.h5", "one"), hash("shape.h5", "two"));
+  EXPECT_THROW(RunHasher().hash([&] {
+    Case source = parse_case(base_case, folder_.path("case.toml"));
+    source.body[0].shape.type = ShapeType::file;
+    source.body[0].shape.path = "absent.h5";
+    return source;
+  }()),
+               FileError);
+}
+
 TEST_F(SweepPlanTest, APlanComesBackFromItsFile) {
   const SweepPlan written = plan(R"([factors]
 "body.sheet.material" = { list = ["cotton", "silk"] }
@@ -210,6 +241,7 @@ time = 2.5
 [sample]
 exclude = ["time.duration > 0.7"]
 )");
+  EXPECT_FALSE(written.estimate_error);
   write_plan(folder_.path() / "new" / "folder", written);
   const SweepPlan read = read_plan(folder_.path() / "new" / "folder");
   EXPECT_EQ(read.sweep, written.sweep);
@@ -228,7 +260,7 @@ exclude = ["time.duration > 0.7"]
 
 TEST_F(SweepPlanTest, DamagedPlansAreRefused) {
   EXPECT_THROW(read_plan(folder_.path()), FileError);
-  for (const char* text : {"", "{", "[]", "{\"plan_format\": 2}", "{\"plan_format\": 1}"}) {
+  for (const char* text : {"", "{", "[]", "{\"plan_format\": 1}", "{\"plan_format\": 2}"}) {
     folder_.write("plan.json", text);
     EXPECT_THROW(read_plan(folder_.path()), FileError) << text;
   }
