@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "sim/case/case_error.h"
 #include "sim/run/recorded_run.h"
@@ -228,6 +230,29 @@ TEST(CheckpointSchedule, CountsStepsUnlessATimeIsGiven) {
   times.start(0.0399);
   EXPECT_FALSE(times.is_due(0.0399));
   EXPECT_TRUE(times.is_due(0.0401));
+}
+
+// Checkpoints are written at most four times per second.
+TEST_F(Resume, CheckpointsWaitUntilTheLastOneIsAQuarterOfASecondOld) {
+  using Clock = std::chrono::steady_clock;
+  const auto seconds_since = [](Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+  };
+  Clock::time_point start = Clock::now();
+  WaitingCheckpoint waiting(path("run.h5"));
+  EXPECT_FALSE(waiting.is_due(100));  // there is none
+  for (int i = 0; i < 2; ++i) {
+    waiting.keep({});
+    const bool is_due = waiting.is_due(0);
+    EXPECT_TRUE(!is_due || seconds_since(start) >= 0.25);
+    EXPECT_TRUE(waiting.is_due(0.25));  // before work that takes so long
+    std::this_thread::sleep_for(std::chrono::milliseconds(250));
+    EXPECT_TRUE(waiting.is_due(0));
+    start = Clock::now();
+    waiting.write();
+    EXPECT_TRUE(std::filesystem::exists(path("run.checkpoint")));
+    EXPECT_FALSE(waiting.is_due(100));
+  }
 }
 
 // A simulation that is renewed goes on like another one that is restored, with the same counts.
