@@ -13,8 +13,6 @@
 #include "bench/temporary_folder.h"
 #include "bench/timed_command.h"
 #include "sim/base/stopwatch.h"
-#include "sim/case/case_reader.h"
-#include "sim/run/recorded_run.h"
 #include "sim/sweep/correlation.h"
 #include "sim/sweep/plan_file.h"
 #include "sim/sweep/run_folder.h"
@@ -72,9 +70,11 @@ class ManyRuns {
   explicit ManyRuns(int runs) {
     write(folder_.path("base.toml"), base_case);
     write(folder_.path("sweep.toml"), sweep_text(runs));
-    RunOptions options;
-    options.trajectory = folder_.path("run.h5");
-    run_simulation(read_case(folder_.path("base.toml"), {"time.duration=0.001"}), options);
+    const TimedCommand run = run_command(
+        {weft_command(), "run", "base.toml", "--json", "--quiet", "--set", "time.duration=0.001"},
+        folder_.path());
+    if (!run.is_well) throw std::runtime_error("weft run: " + run.output);
+    report_ = run.output;
   }
 
   // Measures the parts of a sweep in this process, then the commands.
@@ -83,9 +83,9 @@ class ManyRuns {
     time("write plan", [&] { write_plan(sweep_, plan_); });
     time_command("weft sweep --dry-run", {"sweep", "sweep.toml", "-o", sweep_, "--dry-run"});
     const auto outputs = joined_outputs(plan_.case_outputs, plan_.sweep_outputs);
-    values_ = output_values(folder_.path("run.h5"), outputs);
+    values_ = output_values(trajectory_, outputs);
     const std::size_t written = std::min<std::size_t>(100, plan_.runs.size());
-    time("write 100 results", [&] {
+    time("write " + std::to_string(written) + " results", [&] {
       for (std::size_t i = 0; i < written; ++i) write_result(plan_.runs[i]);
     });
     for (std::size_t i = written; i < plan_.runs.size(); ++i) copy_result(plan_.runs[i]);
@@ -107,7 +107,7 @@ class ManyRuns {
   int done() const { return done_; }
 
  private:
-  void time(const char* step, const std::function<void()>& work) {
+  void time(const std::string& step, const std::function<void()>& work) {
     const Stopwatch stopwatch;
     work();
     rows_.push_back({step, stopwatch.elapsed(), false});
@@ -127,7 +127,7 @@ class ManyRuns {
     const RunFolder run_folder(sweep_, run.hash);
     std::optional<RunAttempt> attempt = run_folder.begin(run.case_text);
     if (!attempt) return;
-    fs::create_hard_link(folder_.path("run.h5"), attempt->folder() / "run.h5");
+    fs::create_hard_link(trajectory_, attempt->folder() / "run.h5");
     run_folder.finish(std::move(*attempt), result_of(run));
   }
 
@@ -136,7 +136,7 @@ class ManyRuns {
     const std::string& first = plan_.runs.front().hash;
     const fs::path from = RunFolder(sweep_, first).path(), to = RunFolder(sweep_, run.hash).path();
     if (!fs::create_directories(to)) return;
-    fs::create_hard_link(folder_.path("run.h5"), to / "run.h5");
+    fs::create_hard_link(trajectory_, to / "run.h5");
     write((to / "run.toml").string(), run.case_text);
     std::string result = read_whole_file(from / "result.json").value();
     result.replace(result.find(first), first.size(), run.hash);
@@ -153,13 +153,15 @@ class ManyRuns {
     RunResult result;
     result.hash = run.hash;
     result.version = "bench";
-    result.report = "{\"status\": \"done\", \"steps\": 1}";
+    result.report = report_;
     result.outputs = values_;
     return result;
   }
 
   const TemporaryFolder folder_;
-  const std::string sweep_ = folder_.path("out");
+  const std::string trajectory_ = folder_.path("out/base.h5");
+  const std::string sweep_ = folder_.path("sweep");
+  std::string report_;  // of each run, as weft run prints it
   SweepPlan plan_;
   std::map<std::string, double> values_;  // outputs of each run
   std::vector<Row> rows_;

@@ -37,7 +37,7 @@ struct RunResult {
   double wall_seconds = 0, cpu_seconds = 0;
   double peak_memory = 0;  // MiB, resident
   std::string version;     // of Weft
-  std::string report;      // the JSON object that weft run printed; empty without
+  std::string report;      // JSON object that weft run printed; empty in a result that was read
   // Outputs of the sweep by their expressions, as the trajectory had them when the run ended; NaN
   // for what does not exist. Outputs that cannot be computed are left out.
   std::map<std::string, double> outputs;
