@@ -82,7 +82,11 @@ std::string RunHasher::hash(const Case& source, bool estimates_error) {
   copy.outputs.clear();
   copy.compute.threads.reset();
   copy.compute.backend = ComputeBackend::automatic;
-  std::string inputs = "weft numerics " + std::to_string(numerics_version) + '\n' + case_text(copy);
+  // Writing a case takes as long as reading it, so it is not written again if nothing was left out.
+  const bool is_whole = source.outputs.empty() && !source.compute.threads &&
+                        source.compute.backend == ComputeBackend::automatic;
+  std::string inputs = "weft numerics " + std::to_string(numerics_version) + '\n' +
+                       (is_whole ? source.resolved_text : case_text(copy));
   if (estimates_error) inputs += "error estimate\n";
   for_each_input_file(copy, [&](std::string& path) {
     inputs += "file " + digest_of_file(place_of(source, path).string()) + '\n';
@@ -110,10 +114,12 @@ const std::string& RunHasher::digest_of_file(const std::string& path) {
 
 std::string portable_case_text(const Case& source) {
   Case copy = source;
+  bool has_files = false;
   for_each_input_file(copy, [&](std::string& path) {
+    has_files = true;
     path = fs::absolute(place_of(source, path)).lexically_normal().string();
   });
-  return case_text(copy);
+  return has_files ? case_text(copy) : source.resolved_text;
 }
 
 }  // namespace weft::sim

@@ -30,7 +30,7 @@ class RunHasher {
 };
 
 // Returns the resolved case as text that gives the same case from any folder: paths of files are
-// absolute.
+// absolute. Precondition: the case comes from the reader, and its accuracy is not settled.
 std::string portable_case_text(const Case& source);
 
 }  // namespace weft::sim

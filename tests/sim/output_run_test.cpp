@@ -1,5 +1,6 @@
 // [outputs] of cases, and `weft outputs`.
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "bad_case.h"
@@ -104,6 +105,52 @@ TEST_F(OutputRun, UsesTheMeasuredError) {
   EXPECT_EQ(refused.code, exit_code::bad_case);
   EXPECT_EQ(refused.err.substr(0, refused.err.find('\n')),
             "swing.toml:13:14: unknown name \"error_estimate_sheet\"");
+}
+
+// A sheet falls by 2 mm and comes to rest on a floor, which carries its weight.
+TEST_F(OutputRun, MeasuresASheetAtRest) {
+  const std::string text = R"([time]
+duration = 0.5
+[output]
+channels = ["reactions", "contact_force", "membrane_strain"]
+[material.cloth]
+density = 0.2
+mass_damping = 20
+stiffness_damping = 1e-3
+[[body]]
+name = "sheet"
+position = [0, 0, 0.005]
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [5, 5] }
+[[obstacle]]
+name = "floor"
+shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
+[outputs]
+weight = "last(record('reactions/floor/force').z)"
+pressed = "last(largest('contact_force', 'sheet'))"
+strain = "last(largest('membrane_strain_major', 'sheet'))"
+drop = "last(displacement('sheet', -1, -1).z)"
+wide = "last(size('sheet').x)"
+shadow = "last(shadow('sheet').z)"
+touch = "first_time(smallest_gap < 2e-3)"
+speed = "last(energy_kinetic) / max(energy_kinetic)"
+)";
+  RunOptions options;
+  options.trajectory = trajectory("rest.h5");
+  const RunReport report = run_simulation(parse_case(text, "rest.toml"), options);
+  ASSERT_EQ(report.status, RunReport::Status::done) << report.reason;
+  std::map<std::string, double> values(report.outputs.begin(), report.outputs.end());
+  const double weight = 0.2 * 0.01 * 9.81;  // N
+  EXPECT_NEAR(values.at("weight"), weight, 0.05 * weight);
+  // The weight of an inner vertex is a sixteenth of the whole.
+  EXPECT_NEAR(values.at("pressed"), weight / 16, 0.05 * weight / 16);
+  EXPECT_LT(std::abs(values.at("strain")), 1e-3);
+  EXPECT_LT(values.at("drop"), -0.001);
+  EXPECT_GT(values.at("drop"), -0.005);
+  EXPECT_NEAR(values.at("wide"), 0.1, 1e-4);
+  EXPECT_NEAR(values.at("shadow"), 0.01, 1e-4);
+  EXPECT_GT(values.at("touch"), 0);
+  EXPECT_LT(values.at("touch"), 0.1);
+  EXPECT_LT(values.at("speed"), 0.01);
 }
 
 TEST_F(OutputRun, RefusesOutputsBeforeAnythingIsWritten) {

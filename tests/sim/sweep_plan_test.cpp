@@ -212,24 +212,23 @@ TEST_F(SweepPlanTest, ErrorEstimatesArePartOfThePlan) {
   EXPECT_TRUE(read_plan(folder_.path()).estimate_error);
 }
 
-// A run whose shape lies in a file is known by the bytes of the file, whatever its name.
+// A run whose shape lies in a file is known by the bytes of the file. Its case names the file by
+// its whole path, so that it can run from another folder.
 TEST_F(SweepPlanTest, HashesKnowTheBytesOfFiles) {
-  const auto hash = [&](const std::string& name, const std::string& bytes) {
-    folder_.write(name, bytes);
-    Case source = parse_case(base_case, folder_.path("case.toml"));
-    source.body[0].shape.type = ShapeType::file;
-    source.body[0].shape.path = "shape.h5";
+  std::string text = base_case;
+  const std::string rectangle = R"({ type = "rectangle", size = [1, 1], resolution = [5, 9] })";
+  text.replace(text.find(rectangle), rectangle.size(),
+               R"({ type = "file", path = "shape.h5", dataset = "positions" })");
+  const Case source = parse_case(text, folder_.path("case.toml"));
+  EXPECT_THROW(RunHasher().hash(source), FileError);  // it is not there
+  const auto hash_with = [&](const std::string& bytes) {
+    folder_.write("shape.h5", bytes);
     return RunHasher().hash(source);
   };
-  EXPECT_EQ(hash("shape.h5", "one"), hash("shape.h5", "one"));
-  EXPECT_NE(hash("shape.h5", "one"), hash("shape.h5", "two"));
-  EXPECT_THROW(RunHasher().hash([&] {
-    Case source = parse_case(base_case, folder_.path("case.toml"));
-    source.body[0].shape.type = ShapeType::file;
-    source.body[0].shape.path = "absent.h5";
-    return source;
-  }()),
-               FileError);
+  EXPECT_EQ(hash_with("one"), hash_with("one"));
+  EXPECT_NE(hash_with("one"), hash_with("two"));
+  const Case elsewhere = parse_case(portable_case_text(source), "/elsewhere/case.toml");
+  EXPECT_EQ(elsewhere.body[0].shape.path, folder_.path("shape.h5"));
 }
 
 TEST_F(SweepPlanTest, APlanComesBackFromItsFile) {
