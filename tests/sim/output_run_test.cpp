@@ -109,7 +109,7 @@ TEST_F(OutputRun, UsesTheMeasuredError) {
 
 // A sheet falls by 2 mm and comes to rest on a floor, which carries its weight.
 TEST_F(OutputRun, MeasuresASheetAtRest) {
-  const std::string text = R"([time]
+  const std::string text = R"_([time]
 duration = 0.5
 [output]
 channels = ["reactions", "contact_force", "membrane_strain"]
@@ -133,7 +133,7 @@ wide = "last(size('sheet').x)"
 shadow = "last(shadow('sheet').z)"
 touch = "first_time(smallest_gap < 2e-3)"
 speed = "last(energy_kinetic) / max(energy_kinetic)"
-)";
+)_";
   RunOptions options;
   options.trajectory = trajectory("rest.h5");
   const RunReport report = run_simulation(parse_case(text, "rest.toml"), options);

@@ -241,13 +241,14 @@ TEST_F(SweepOptions, ShowsALiveTable) {
 
 // The error of each run is a quantity of the summary.
 TEST_F(SweepOptions, MeasuresTheErrorOfItsRuns) {
-  write("sweep.toml", R"(case = "base.toml"
+  write("sweep.toml", R"_(case = "base.toml"
 estimate_error = true
 [factors]
 "time.position_tolerance" = { list = [1e-4, 1e-6] }
 [outputs]
-error = "max(error_estimate_sheet)") ");
-      const Result result = weft({"sweep", "sweep.toml", "-o", "out", "--quiet"});
+error = "max(error_estimate_sheet)"
+)_");
+  const Result result = weft({"sweep", "sweep.toml", "-o", "out", "--quiet"});
   ASSERT_EQ(result.code, 0) << result.err;
   const Result direct = weft({"run", "base.toml", "--quiet", "--json", "--estimate-error", "--set",
                               "time.position_tolerance=1e-4"});
