@@ -13,6 +13,7 @@
 #include "sim/sweep/sweep_outputs.h"
 #include "sim/sweep/sweep_reader.h"
 #include "sim/sweep/sweep_records.h"
+#include "sim/sweep/to_do_list.h"
 
 namespace weft::bench {
 
@@ -80,6 +81,9 @@ int run_sweeps(const SweepsOptions& options) {
   measure("write plan", [&] { write_plan(folder.path(), plan); });
   measure("read plan", [&] { plan = read_plan(folder.path()); });
   measure("status, none begun", [&] { records = read_records(folder.path(), plan); });
+  measure("freeze list", [&] {
+    write_to_do_list(to_do_path(folder.path()), plan, runs_to_do(folder.path(), plan, false));
+  });
   measure("write results", [&] {
     for (const PlannedRun& run : plan.runs) write_result(folder.path(), run);
   });
