@@ -254,14 +254,15 @@ set = { "compute.cpu_limit" = 1000, "time.duration" = 1 }
 }
 
 TEST_F(SweepCommandTest, CtrlCStopsRunsAndTheNextCallGoesOn) {
-  write("sweep.toml", R"(case = "base.toml"
-[factors]
-"time.duration" = { list = [0.02, 1e6] }
-)");
+  const auto write_sweep = [&](const std::string& durations) {
+    write("sweep.toml",
+          "case = \"base.toml\"\n[factors]\n\"time.duration\" = { list = " + durations + " }\n");
+  };
   const std::string out = path("out").string();
+  write_sweep("[0.02]");
+  ASSERT_EQ(weft({"sweep", "sweep.toml", "-o", out, "--quiet"}).code, 0);
+  write_sweep("[0.02, 1e6]");
   WeftProcess sweep(folder(), {"sweep", "sweep.toml", "-o", out, "-j", "1"});
-  while (!exists("out/runs") || results("out").empty())
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
   wait_for_process(out + "/runs/");
   EXPECT_EQ(summary_json("out").at("counts").at("running"), 1);
   sweep.send(SIGINT);
