@@ -32,11 +32,14 @@ namespace weft::sim {
 namespace {
 
 std::atomic<int> caught_signal{0};
+std::atomic<int> asked_for_checkpoint{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler writes it");
 
 // Installs the handler of SIGINT and SIGTERM. The first signal asks the run to stop, and becomes
-// the reported reason. A second signal ends the process at once.
+// the reported reason. A second signal ends the process at once. SIGUSR1 asks the run to stop at
+// its next checkpoint.
 void catch_stop_signals() {
+  std::signal(SIGUSR1, [](int) { asked_for_checkpoint = 1; });
   for (const int signal : {SIGINT, SIGTERM}) {
     std::signal(signal, [](int caught) {
       int none = 0;
@@ -167,7 +170,8 @@ int code_of(RunReport::Status status) {
     case RunReport::Status::failed:
       return exit_code::numerical_failure;
     case RunReport::Status::interrupted:
-      return 128 + caught_signal;
+      // A run that SIGUSR1 stopped ends like one that SIGTERM stopped.
+      return 128 + (caught_signal != 0 ? caught_signal.load() : SIGTERM);
   }
   return exit_code::done;
 }
@@ -239,6 +243,7 @@ int run_case(const RunCommand& command) {
     options.resumed = found.checkpoint ? &*found.checkpoint : nullptr;
     options.estimate_error = command.estimate_error;
     options.stop_signal = &caught_signal;
+    options.stop_at_checkpoint = &asked_for_checkpoint;
     options.earlier = earlier;
     ProgressBar bar(scene.source.time.duration, !command.quiet);
     options.progress = [&](double time) { bar.show(time); };

@@ -15,9 +15,10 @@ constexpr const char* description =
   weft sweep estimate SWEEP.toml -o DIR      run a few of them and state the cost of all
   weft sweep SWEEP.toml -o DIR -j 4          compute those that have no result, four at a time
   weft sweep SWEEP.toml -o DIR --rerun failed   also those that failed
+  weft sweep plan SWEEP.toml -o DIR          freeze the list of runs still to do, for workers:
+  mpirun -n 2 sh -c 'weft sweep work DIR --slice $OMPI_COMM_WORLD_RANK/2 || true'
   weft sweep status DIR                      what is done, failed, interrupted
   weft sweep collect DIR                     summary and plots anew, with new [outputs]
-  mpirun -n 2 sh -c 'weft sweep work DIR --slice $OMPI_COMM_WORLD_RANK/2'   one slice per process
 
 docs/sweep_reference.md describes sweep files, and the guide shows their use.)";
 
@@ -56,20 +57,38 @@ void add_jobs(CLI::App& sub, SweepCommand& command) {
       ->check(CLI::Range(1, most));
 }
 
+// Validates an option: returns an error message, or an empty text for a positive number of seconds.
+std::string is_wall_time(const std::string& text) {
+  double seconds = 0;
+  if (CLI::detail::lexical_cast(text, seconds) && seconds > 0 && seconds <= 1e9) return "";
+  return in_quotes(text) + " is not a time: expected a positive number of seconds";
+}
+
+void add_rerun(CLI::App& sub, SweepCommand& command) {
+  sub.add_option_function<std::string>(
+         "--rerun", [&command](const std::string&) { command.rerun_failed = true; },
+         "Compute again runs that have \"failed\"")
+      ->type_name("failed")
+      ->check(CLI::IsMember({"failed"}));
+}
+
 // Adds the options of commands that compute runs.
 void add_engine_options(CLI::App& sub, SweepCommand& command) {
   add_jobs(sub, command);
+  sub.add_option("--threads", command.threads,
+                 "Threads of each run; default: its share of the cores, of a slice's runs one")
+      ->check(CLI::Range(1, most));
+  sub.add_option("--wall-time", command.wall_time,
+                 "Seconds by which this command must have ended: before, no run begins, and runs "
+                 "stop at checkpoints. Default: the time that Slurm leaves to the job")
+      ->type_name("SECONDS")
+      ->check(is_wall_time);
   sub.add_option("--retry", command.retries,
                  "Further attempts of a run that crashed, or could not read or write its files")
       ->type_name("TIMES")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   sub.add_flag("--fail-fast", command.fail_fast, "Stop all runs after the first failure");
-  sub.add_option_function<std::string>(
-         "--rerun", [&command](const std::string&) { command.rerun_failed = true; },
-         "Compute again runs that have \"failed\"")
-      ->type_name("failed")
-      ->check(CLI::IsMember({"failed"}));
   sub.add_flag("--quiet", command.quiet, "No lines about runs");
 }
 
@@ -77,11 +96,11 @@ void add_slurm_options(CLI::App& sub, SweepCommand& command) {
   sub.add_option_function<std::string>(
          "--engine", [&command](const std::string& name) { command.to_slurm = name == "slurm"; },
          "local: compute the runs here. slurm: submit one job array of slices, and return; -j are "
-         "then the cores of a task")
+         "then the runs that a task computes at a time, with --threads each")
       ->type_name("ENGINE")
       ->check(CLI::IsMember({"local", "slurm"}));
   sub.add_option("--tasks", command.tasks,
-                 "Tasks of the job array; default: one per run, at most MaxArraySize")
+                 "Tasks of the job array; default: one per run still to do, at most MaxArraySize")
       ->check(CLI::Range(1, most));
   sub.add_option("--tasks-at-a-time", command.tasks_at_a_time, "Most tasks at a time")
       ->check(CLI::Range(1, most));
@@ -103,6 +122,7 @@ void add_sweep(CLI::App& app, SweepCommand& command, int& code) {
   add_plan_options(*sweep, command);
   sweep->add_flag("--dry-run", command.dry_run, "List the runs and their states; write nothing");
   add_engine_options(*sweep, command);
+  add_rerun(*sweep, command);
   add_slurm_options(*sweep, command);
   add_json(*sweep, command);
 
@@ -117,12 +137,28 @@ void add_sweep(CLI::App& app, SweepCommand& command, int& code) {
   add_json(*estimate, command);
   estimate->callback([&] { code = estimate_sweep_cost(command); });
 
-  CLI::App* work = sweep->add_subcommand("work", "Compute a slice of a planned sweep");
+  CLI::App* plan = sweep->add_subcommand(
+      "plan", "Plan a sweep and freeze the list of its runs still to do, for weft sweep work");
+  plan->add_option("sweep", command.path, "TOML sweep file")->required();
+  add_plan_options(*plan, command);
+  add_rerun(*plan, command);
+  add_json(*plan, command);
+  plan->callback([&] { code = write_sweep_plan(command); });
+
+  CLI::App* work = sweep->add_subcommand(
+      "work",
+      "Compute a slice of the frozen list of a sweep, then runs of other slices that have not "
+      "begun");
   work->add_option("folder", command.path, "Folder of the sweep")->required();
   work->add_option_function<std::string>(
           "--slice", [&command](const std::string& text) { read_slice(text, command); },
-          "Take every Nth run of the plan, from run K on, counted from 0; default: 0/1")
+          "Take every Nth run of the list, from run K on, counted from 0; default: 0/1")
       ->type_name("K/N");
+  work->add_option("--list", command.list, "List of runs; default: to_do.json of the folder")
+      ->type_name("FILE");
+  work->add_flag("--only-slice", command.only_slice,
+                 "Leave the runs of other slices alone: for folders whose locks do not reach all "
+                 "machines");
   add_engine_options(*work, command);
   add_json(*work, command);
   work->callback([&] { code = work_on_sweep(command); });

@@ -1,11 +1,14 @@
 #include "sim/command/sweep_command.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 
 #include "sim/base/stopwatch.h"
@@ -14,14 +17,17 @@
 #include "sim/command/guarded_command.h"
 #include "sim/command/run_command.h"
 #include "sim/sweep/correlation.h"
+#include "sim/sweep/job_time.h"
 #include "sim/sweep/local_engine.h"
 #include "sim/sweep/plan_file.h"
 #include "sim/sweep/slurm_engine.h"
+#include "sim/sweep/summary_lock.h"
 #include "sim/sweep/sweep_estimate.h"
 #include "sim/sweep/sweep_monitor.h"
 #include "sim/sweep/sweep_reader.h"
 #include "sim/sweep/sweep_records.h"
 #include "sim/sweep/sweep_values.h"
+#include "sim/sweep/to_do_list.h"
 
 namespace weft::sim {
 
@@ -132,31 +138,52 @@ int list_runs(const SweepCommand& command, const SweepPlan& plan) {
   return exit_code::done;
 }
 
+// Returns the time by which the command must have ended, if there is one.
+std::optional<StopSchedule::Clock::time_point> end_of(const SweepCommand& command) {
+  const auto after = [](double seconds) {
+    return StopSchedule::Clock::now() + std::chrono::duration_cast<StopSchedule::Clock::duration>(
+                                            std::chrono::duration<double>(seconds));
+  };
+  const std::optional<double> of_job = seconds_left_of_job();
+  const double of_command = command.wall_time - Stopwatch::since_process_start().elapsed().wall;
+  if (command.wall_time <= 0) return of_job ? std::optional(after(*of_job)) : std::nullopt;
+  return after(of_job ? std::min(*of_job, of_command) : of_command);
+}
+
 EngineOptions engine_options(const SweepCommand& command, std::size_t runs) {
   const int cores = usable_cores();
   EngineOptions options;
   options.program = fs::read_symlink("/proc/self/exe").string();
-  options.processes =
-      command.processes > 0
-          ? command.processes
-          : std::clamp(static_cast<int>(std::min<std::size_t>(runs, 1U << 20U)), 1, cores);
-  options.threads = std::max(1, cores / options.processes);
+  options.processes = command.processes > 0
+                          ? command.processes
+                          : std::clamp(static_cast<int>(std::min<std::size_t>(runs, 1U << 20U)), 1,
+                                       std::max(1, cores / std::max(1, command.threads)));
+  options.threads = command.threads > 0 ? command.threads : std::max(1, cores / options.processes);
   options.retries = command.retries;
   options.fail_fast = command.fail_fast;
-  options.rerun_failed = command.rerun_failed;
+  options.end = end_of(command);
   return options;
 }
 
-// Throws CaseError for more processes than cores.
+// Throws CaseError for more processes, or more threads of all of them, than cores.
 void refuse_too_many_processes(const SweepCommand& command) {
-  if (command.processes <= usable_cores()) return;
-  throw CaseError({"-j " + std::to_string(command.processes)}, "more runs at a time than cores",
-                  "expected at most " + std::to_string(usable_cores()));
+  const int cores = usable_cores();
+  if (command.processes > cores) {
+    throw CaseError({"-j " + std::to_string(command.processes)}, "more runs at a time than cores",
+                    "expected at most " + std::to_string(cores));
+  }
+  const int most = std::max(1, cores / std::max(1, command.processes));
+  if (command.threads <= most) return;
+  throw CaseError({"--threads " + std::to_string(command.threads)}, "more threads than cores",
+                  "expected at most " + std::to_string(most));
 }
 
+// Returns the exit code of a worker that answers for the runs of `records`.
 int code_of(const std::vector<RunRecord>& records, const EngineReport& report) {
   if (report.stop_signal != 0) return 128 + report.stop_signal;
   const RecordCounts counts = count_records(records);
+  const bool have_ended = counts.interrupted + counts.running + counts.not_begun == 0;
+  if (report.ran_out_of_time && !have_ended) return 128 + SIGTERM;
   return counts.failed + counts.interrupted > 0 ? exit_code::some_runs_failed : exit_code::done;
 }
 
@@ -164,9 +191,26 @@ void print_complaints(const OutputCollector& collector) {
   for (const std::string& complaint : collector.complaints()) complain("weft: " + complaint);
 }
 
-// Computes the runs of `options` and prints what came of them.
+// Writes the summary. Workers of slices leave it to others while runs go on there, unless it is
+// some seconds old: of many short slices, each would read the results of all.
+void summarise(const SweepCommand& command, const fs::path& directory, const SweepPlan& plan,
+               const std::vector<RunRecord>& records, OutputCollector& collector) {
+  const RecordCounts counts = count_records(records);
+  std::error_code unknown;
+  const auto age =
+      fs::file_time_type::clock::now() - fs::last_write_time(directory / "summary.csv", unknown);
+  const bool is_new = !unknown && age < std::chrono::seconds(10);
+  if (command.slices > 1 && is_new && counts.running > 0) return;
+  write_summary(directory, plan, records, collector);
+  // Workers of slices leave the plots to weft sweep collect.
+  if (command.slices == 1) write_plots(summary_of(plan, records, collector), directory);
+}
+
+// Computes the runs of `options` and prints what came of them. The exit code is about the runs
+// `mine` of the plan.
 int compute(const SweepCommand& command, const fs::path& directory, const SweepPlan& plan,
-            const EngineOptions& options) {
+            const EngineOptions& options, const std::vector<std::size_t>& mine) {
+  std::signal(SIGUSR1, SIG_IGN);  // the engine heeds it; before and after, it would end the command
   std::vector<RunRecord> records = read_records(directory, plan);
   OutputCollector collector(directory, joined_outputs(plan.case_outputs, plan.sweep_outputs));
   EngineReport report;
@@ -175,15 +219,16 @@ int compute(const SweepCommand& command, const fs::path& directory, const SweepP
                          {options.processes, command.quiet, command.slices == 1});
     report = compute_runs(directory, plan, options, monitor);
   }
-  // Other workers may have ended runs meanwhile.
-  records = read_records(directory, plan);
-  write_summary(directory, plan, records, collector);
-  // Workers of slices leave the plots to weft sweep collect.
-  if (command.slices == 1) write_plots(summary_of(plan, records, collector), directory);
+  {
+    const SummaryLock lock(directory);
+    // Other workers may have ended runs meanwhile.
+    records = read_records(directory, plan);
+    summarise(command, directory, plan, records, collector);
+  }
   print_complaints(collector);
-  std::vector<RunRecord> mine;
-  for (const std::size_t index : options.runs) mine.push_back(records[index]);
-  const int code = code_of(mine, report);
+  std::vector<RunRecord> answered;
+  for (const std::size_t index : mine) answered.push_back(records[index]);
+  const int code = code_of(answered, report);
   if (command.json) {
     print_json(sweep_json(directory, plan, records, code, has_failed));
     return code;
@@ -222,24 +267,60 @@ void print_estimate(const SweepEstimate& estimate, int processes) {
   std::printf("  disk         %.3g MB for all\n", 1e-6 * estimate.disk());
 }
 
-// Submits the sweep to Slurm and prints the number of the job.
-int submit(const SweepCommand& command, const fs::path& directory, const SweepPlan& plan) {
+// Returns the options of `work` that a job's tasks take over from the submission.
+std::string worker_options(const SweepCommand& command) {
+  std::string text = " --jobs " + std::to_string(std::max(1, command.processes)) + " --threads " +
+                     std::to_string(std::max(1, command.threads));
+  if (command.retries > 0) text += " --retry " + std::to_string(command.retries);
+  if (command.fail_fast) text += " --fail-fast";
+  if (command.wall_time > 0) text += " --wall-time " + rounded_text(command.wall_time);
+  return text;
+}
+
+// Submits the runs still to do to Slurm and prints the number of the job.
+int submit(const SweepCommand& command, const fs::path& directory, const SweepPlan& plan,
+           const std::vector<RunToDo>& list) {
+  if (list.empty()) {
+    if (command.json) {
+      print_json({{"exit_code", exit_code::done}, {"job", nullptr}, {"tasks", 0}});
+    } else {
+      std::cout << "no run is to be done; nothing was submitted\n";
+    }
+    return exit_code::done;
+  }
   SlurmOptions options;
   options.program = fs::read_symlink("/proc/self/exe").string();
   options.name = fs::path(command.path).stem().string();
   options.tasks = command.tasks;
   options.tasks_at_a_time = command.tasks_at_a_time;
-  options.cores = std::max(1, command.processes);
+  options.cores = std::max(1, command.processes) * std::max(1, command.threads);
+  options.worker_options = worker_options(command);
   options.sbatch_options = command.sbatch_options;
-  const SlurmJob job = submit_to_slurm(directory, plan, options);
+  const SlurmJob job = submit_to_slurm(directory, plan, list, options);
   if (command.json) {
     print_json({{"exit_code", exit_code::done}, {"job", job.id}, {"tasks", job.tasks}});
   } else {
     std::cout << "job " << printable(job.id) << " of " << counted(job.tasks, "task", "tasks")
-              << " submitted; weft sweep status " << printable(directory.string())
-              << " tells how it goes\n";
+              << " submitted for " << counted(static_cast<std::int64_t>(list.size()), "run", "runs")
+              << "; weft sweep status " << printable(directory.string()) << " tells how it goes\n";
   }
   return exit_code::done;
+}
+
+// Returns the indices of all runs.
+std::vector<std::size_t> all_runs(const SweepPlan& plan) {
+  std::vector<std::size_t> indices(plan.runs.size());
+  std::iota(indices.begin(), indices.end(), 0);
+  return indices;
+}
+
+// Writes the plan of a sweep and the list of its runs still to do, and returns that list.
+std::vector<RunToDo> freeze(const SweepCommand& command, const fs::path& directory,
+                            const SweepPlan& plan) {
+  write_plan(directory, plan);
+  std::vector<RunToDo> list = runs_to_do(directory, plan, command.rerun_failed);
+  write_to_do_list(to_do_path(directory), plan, list);
+  return list;
 }
 
 }  // namespace
@@ -252,11 +333,31 @@ int run_sweep(const SweepCommand& command) {
     if (command.dry_run) return list_runs(command, plan);
     const fs::path directory = directory_of(command);
     if (command.to_slurm) refuse_live_job(directory);
-    write_plan(directory, plan);
-    if (command.to_slurm) return submit(command, directory, plan);
+    const std::vector<RunToDo> list = freeze(command, directory, plan);
+    if (command.to_slurm) return submit(command, directory, plan, list);
     EngineOptions options = engine_options(command, plan.runs.size());
-    for (std::size_t i = 0; i < plan.runs.size(); ++i) options.runs.push_back(i);
-    return compute(command, directory, plan, options);
+    options.runs = list;
+    return compute(command, directory, plan, options, all_runs(plan));
+  });
+}
+
+int write_sweep_plan(const SweepCommand& command) {
+  return with_faults(command, [&] {
+    const SweepPlan plan = plan_sweep(read_sweep(command.path), command.overrides);
+    check_outputs(plan);
+    const fs::path directory = directory_of(command);
+    const std::vector<RunToDo> list = freeze(command, directory, plan);
+    const std::vector<RunRecord> records = read_records(directory, plan);
+    if (command.json) {
+      Json json = sweep_json(directory, plan, records, exit_code::done, has_failed);
+      json["to_do"] = list.size();
+      print_json(json);
+      return exit_code::done;
+    }
+    print_counts(plan, records);
+    std::cout << "  " << counted(static_cast<std::int64_t>(list.size()), "run", "runs")
+              << " to do, longest first, in " << printable(to_do_path(directory).string()) << '\n';
+    return exit_code::done;
   });
 }
 
@@ -296,12 +397,19 @@ int estimate_sweep_cost(const SweepCommand& command) {
 int work_on_sweep(const SweepCommand& command) {
   return with_faults(command, [&] {
     refuse_too_many_processes(command);
-    const SweepPlan plan = read_plan(command.path);
-    EngineOptions options = engine_options(command, plan.runs.size());
-    const auto slice = static_cast<std::size_t>(command.slice);
-    for (std::size_t i = slice; i < plan.runs.size(); i += static_cast<std::size_t>(command.slices))
-      options.runs.push_back(i);
-    return compute(command, command.path, plan, options);
+    const fs::path directory = command.path;
+    const SweepPlan plan = read_plan(directory);
+    const std::vector<RunToDo> list = read_to_do_list(
+        command.list.empty() ? to_do_path(directory) : fs::path(command.list), plan);
+    Slice slice = slice_of(list, static_cast<std::size_t>(command.slice),
+                           static_cast<std::size_t>(command.slices));
+    EngineOptions options = engine_options(command, list.size());
+    if (command.threads == 0 && command.slices > 1) options.threads = 1;
+    std::vector<std::size_t> mine;
+    for (const RunToDo& run : slice.own) mine.push_back(run.index);
+    options.runs = std::move(slice.own);
+    if (!command.only_slice) options.others = std::move(slice.others);
+    return compute(command, directory, plan, options, mine);
   });
 }
 

@@ -230,6 +230,8 @@ class Run final : private StepObserver {
     }
     checkpoint_.keep(std::move(now));
     write_checkpoint_before_pause(0);
+    is_stopped_at_checkpoint_ =
+        options_.stop_at_checkpoint != nullptr && *options_.stop_at_checkpoint != 0;
   }
   // Writes a waiting checkpoint, after its frames, if it would otherwise wait too long.
   void write_checkpoint_before_pause(double pause) {
@@ -344,7 +346,8 @@ class Run final : private StepObserver {
   }
 
   bool is_interrupted() const {
-    return options_.stop_signal != nullptr && *options_.stop_signal != 0;
+    return is_stopped_at_checkpoint_ ||
+           (options_.stop_signal != nullptr && *options_.stop_signal != 0);
   }
   std::optional<Failure> reason_to_stop() {
     if (is_interrupted())
@@ -362,7 +365,8 @@ class Run final : private StepObserver {
   }
   void interrupt() {
     report_.status = RunReport::Status::interrupted;
-    report_.reason = reason_of_signal(*options_.stop_signal);
+    report_.reason = is_stopped_at_checkpoint_ ? "stopped at a checkpoint, as asked by SIGUSR1"
+                                               : reason_of_signal(*options_.stop_signal);
   }
   void fail(const Failure& failure) {
     report_.status = RunReport::Status::failed;
@@ -388,6 +392,7 @@ class Run final : private StepObserver {
   Cost setup_;  // cost of the set-up, without RunOptions::earlier
   FrameTimes frame_times_;
   WaitingCheckpoint checkpoint_;
+  bool is_stopped_at_checkpoint_ = false;
   long next_frame_ = 0;
   double last_recorded_ = 0;
 };

@@ -50,6 +50,9 @@ struct RunOptions {
   // A nonzero value asks the run to stop; the run then ends at the latest after the current step. A
   // signal handler may set the value. The pointer may be null.
   const std::atomic<int>* stop_signal = nullptr;
+  // A nonzero value asks the run to stop at its next checkpoint. A run that goes on from there
+  // computes no step again. A signal handler may set the value. The pointer may be null.
+  const std::atomic<int>* stop_at_checkpoint = nullptr;
 };
 
 struct RunReport {

@@ -280,6 +280,10 @@ std::optional<Failure> Simulation::step() {
   if (self.schedule.is_due(self.integrator->time())) {
     const std::string state = renew();
     for (StepObserver* observer : self.observers) observer->at_checkpoint(state);
+    // A run that stops here computes no step again when it goes on.
+    if (self.reason_to_stop) {
+      if (auto reason = self.reason_to_stop()) return reason;
+    }
   }
   if (auto failure = self.step()) return failure;
   for (StepObserver* observer : self.observers) observer->after_step(*this);

@@ -20,7 +20,8 @@ struct ChildEnd {
 };
 
 // A program that runs beside this process, in a process group of its own, so that Ctrl-C on the
-// terminal does not reach it. It gets SIGTERM when this process ends. The destructor kills it.
+// terminal does not reach it. It gets SIGTERM when the thread that made the object ends, and thus
+// when this process ends, however that comes about. The destructor kills it.
 class ChildProcess {
  public:
   struct Command {

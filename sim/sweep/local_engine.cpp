@@ -10,7 +10,6 @@
 #include <list>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 
 #include "sim/base/file_error.h"
 #include "sim/case/case_text.h"
@@ -27,13 +26,15 @@ using Failure = RunResult::Failure;
 
 // Times (s): between two looks at the runs, and from SIGTERM to SIGKILL for a run over its time.
 constexpr double look_interval = 0.05, patience = 5;
+// Time between two looks at runs that other workers hold.
+constexpr std::chrono::milliseconds held_interval(500);
 
 // Blocks signals while it lives, so that wait() receives them.
 class BlockedSignals {
  public:
   BlockedSignals() {
     sigemptyset(&set_);
-    for (const int signal : {SIGCHLD, SIGINT, SIGTERM}) sigaddset(&set_, signal);
+    for (const int signal : {SIGCHLD, SIGINT, SIGTERM, SIGUSR1}) sigaddset(&set_, signal);
     sigprocmask(SIG_BLOCK, &set_, &before_);
   }
   ~BlockedSignals() { sigprocmask(SIG_SETMASK, &before_, nullptr); }
@@ -53,9 +54,17 @@ class BlockedSignals {
 // The limit that a run exceeded.
 enum class Exceeded { nothing, time, memory };
 
+// A run that is to begin.
+struct Waiting {
+  RunToDo run;
+  int number = 1;        // of the attempt
+  bool anew = false;     // without the files of an earlier attempt
+  bool is_own = true;    // of EngineOptions::runs
+  bool is_told = false;  // the observer knows that another worker is at it
+};
+
 struct Active {
-  std::size_t index;
-  int number;  // of the attempt, from 1
+  Waiting start;
   RunAttempt attempt;
   ChildProcess process;
   Exceeded exceeded = Exceeded::nothing;
@@ -101,22 +110,21 @@ class LocalEngine {
  public:
   LocalEngine(const std::filesystem::path& directory, const SweepPlan& plan,
               const EngineOptions& options, EngineObserver& observer)
-      : directory_(directory), plan_(plan), options_(options), observer_(observer) {
-    std::set<std::string> seen;
-    for (const std::size_t index : options.runs) {
-      const PlannedRun& run = plan.runs[index];
-      if (!run.refusal.empty() || !seen.insert(run.hash).second) continue;
-      const auto result = folder(index).result();
-      if (!result || (options.rerun_failed && !result->is_done()))
-        waiting_.push_back({index, 1, result.has_value()});
-    }
+      : directory_(directory),
+        plan_(plan),
+        options_(options),
+        observer_(observer),
+        schedule_(options.end, Clock::now()) {
+    for (const RunToDo& run : options.runs) waiting_.push_back({.run = run});
+    for (const RunToDo& run : options.others) others_.push_back({.run = run, .is_own = false});
   }
 
   EngineReport compute() {
     const Clock::time_point start = Clock::now();
     while (true) {
+      follow_schedule();
       if (!stopping()) start_waiting();
-      if (active_.empty()) break;
+      if (active_.empty() && (stopping() || held_.empty())) break;
       take_signal(signals_.wait(look_interval));
       for (Active& each : active_) watch(each);
       collect();
@@ -127,31 +135,45 @@ class LocalEngine {
   }
 
  private:
-  struct Waiting {
-    std::size_t index;
-    int number;  // of the attempt, from 1
-    bool had_failed = false;
-    bool anew = false;  // without the files of an earlier attempt
-  };
-
   RunFolder folder(std::size_t index) const { return {directory_, plan_.runs[index].hash}; }
-  bool stopping() const { return report_.stop_signal != 0 || has_failed_fast_; }
+  bool stopping() const {
+    return report_.stop_signal != 0 || has_failed_fast_ || report_.ran_out_of_time;
+  }
 
   void start_waiting() {
-    while (!waiting_.empty() && active_.size() < static_cast<std::size_t>(options_.processes)) {
-      const Waiting next = waiting_.front();
-      waiting_.pop_front();
-      start(next);
+    while (active_.size() < static_cast<std::size_t>(options_.processes)) {
+      std::optional<Waiting> next = next_run();
+      if (!next) return;
+      start(std::move(*next));
     }
   }
 
-  void start(const Waiting& next) {
-    const PlannedRun& run = plan_.runs[next.index];
-    // Another worker may have ended the run meanwhile.
-    const auto result = folder(next.index).result();
-    if (result && (result->is_done() || !next.had_failed)) return;
-    std::optional<RunAttempt> attempt = folder(next.index).begin(run.case_text, next.anew);
-    if (!attempt) return observer_.left_to_another(next.index);
+  std::optional<Waiting> next_run() {
+    if (waiting_.empty() && Clock::now() >= next_look_at_held_) {
+      waiting_.swap(held_);
+      next_look_at_held_ = Clock::now() + held_interval;
+    }
+    std::deque<Waiting>& from = waiting_.empty() ? others_ : waiting_;
+    if (from.empty()) return std::nullopt;
+    Waiting next = std::move(from.front());
+    from.pop_front();
+    return next;
+  }
+
+  void start(Waiting next) {
+    const std::size_t index = next.run.index;
+    const PlannedRun& run = plan_.runs[index];
+    const std::string& replaced = next.run.failed_result;
+    const auto is_ended = [&] {
+      return folder(index).result() && folder(index).result_mark() != replaced;
+    };
+    if (is_ended()) return;
+    std::optional<RunAttempt> attempt =
+        folder(index).begin(run.case_text, {.replaced = replaced, .anew = next.anew});
+    if (!attempt) {
+      if (next.is_own && !is_ended()) hold(std::move(next));
+      return;
+    }
     const std::filesystem::path& place = attempt->folder();
     ChildProcess::Command command;
     command.words = {options_.program, "run",   (place / "run.toml").string(), "-o", place.string(),
@@ -161,11 +183,27 @@ class LocalEngine {
     command.errors = place / "log.txt";
     command.threads = options_.threads;
     command.inherited = attempt->lock_descriptor();
-    observer_.begun(next.index, next.number, command.errors);
-    active_.push_back({next.index, next.number, std::move(*attempt), ChildProcess(command)});
+    observer_.begun(index, next.number, command.errors);
+    active_.push_back({std::move(next), std::move(*attempt), ChildProcess(command)});
+  }
+
+  // Looks at the run again later.
+  void hold(Waiting next) {
+    if (!next.is_told) observer_.held_by_another(next.run.index);
+    next.is_told = true;
+    held_.push_back(std::move(next));
+  }
+
+  void follow_schedule() {
+    const StopSchedule::Phase phase = schedule_.phase(Clock::now());
+    if (phase == phase_) return;
+    phase_ = phase;
+    report_.ran_out_of_time = true;
+    stop_all(phase == StopSchedule::Phase::stopping ? SIGTERM : SIGUSR1);
   }
 
   void take_signal(int signal) {
+    if (signal == SIGUSR1) schedule_.heed_notice(Clock::now());
     if (signal != SIGINT && signal != SIGTERM) return;
     const bool again = report_.stop_signal != 0;
     if (!again) report_.stop_signal = signal;
@@ -209,23 +247,33 @@ class LocalEngine {
     }
   }
 
+  // True if the run did not end by itself, and can go on later.
+  bool was_stopped(const Active& ended, const ChildEnd& end) const {
+    if (ended.exceeded != Exceeded::nothing) return false;
+    const bool by_code = end.exit_code == 128 + SIGTERM || end.exit_code == 128 + SIGINT;
+    const bool by_signal = end.signal == SIGTERM || end.signal == SIGINT || end.signal == SIGUSR1;
+    return by_code || by_signal || (stopping() && end.signal == SIGKILL);
+  }
+
   void settle(Active ended, const ChildEnd& end) {
-    const bool was_stopped =
-        ended.exceeded == Exceeded::nothing &&
-        (end.exit_code == 128 + SIGTERM || end.exit_code == 128 + SIGINT || end.signal == SIGTERM ||
-         end.signal == SIGINT || (stopping() && end.signal == SIGKILL));
-    if (was_stopped) return observer_.interrupted(ended.index);
+    const std::size_t index = ended.start.run.index;
+    if (was_stopped(ended, end)) return observer_.interrupted(index);
     const RunResult result = result_of(ended, end);
     // A checkpoint of another build is refused, and one that is damaged cannot be read.
     const bool cannot_resume = ended.attempt.resumes() && (result.failure == Failure::bad_case ||
                                                            result.failure == Failure::input_output);
-    if (cannot_resume && !stopping())
-      return waiting_.push_front({ended.index, ended.number, true, true});
-    const bool again = may_pass(result.failure) && ended.number <= options_.retries && !stopping();
-    if (again) return waiting_.push_front({ended.index, ended.number + 1, true});
-    const std::size_t index = ended.index;
+    Waiting again = ended.start;
+    if (cannot_resume && !stopping()) {
+      again.anew = true;
+      return waiting_.push_front(std::move(again));
+    }
+    if (may_pass(result.failure) && again.number <= options_.retries && !stopping()) {
+      again.anew = false;
+      ++again.number;
+      return waiting_.push_front(std::move(again));
+    }
     if (!folder(index).finish(std::move(ended.attempt), result))
-      return observer_.left_to_another(index);
+      return observer_.held_by_another(index);
     observer_.ended(index, result);
     if (options_.fail_fast && !result.is_done() && !has_failed_fast_) {
       has_failed_fast_ = true;
@@ -235,10 +283,10 @@ class LocalEngine {
 
   RunResult result_of(const Active& ended, const ChildEnd& end) const {
     RunResult result;
-    result.hash = plan_.runs[ended.index].hash;
+    result.hash = plan_.runs[ended.start.run.index].hash;
     result.exit_code = end.exit_code;
     result.signal = end.signal;
-    result.attempts = ended.number;
+    result.attempts = ended.start.number;
     result.wall_seconds = end.wall_seconds;
     result.cpu_seconds = end.cpu_seconds;
     result.version = WEFT_VERSION;
@@ -279,7 +327,11 @@ class LocalEngine {
   const std::vector<OutputExpression> outputs_ =
       joined_outputs(plan_.case_outputs, plan_.sweep_outputs);
   BlockedSignals signals_;
-  std::deque<Waiting> waiting_;
+  StopSchedule schedule_;
+  StopSchedule::Phase phase_ = StopSchedule::Phase::running;
+  // Own runs, own runs that another worker is at, and runs of others.
+  std::deque<Waiting> waiting_, held_, others_;
+  Clock::time_point next_look_at_held_;
   std::list<Active> active_;
   EngineReport report_;
   bool has_failed_fast_ = false;

@@ -3,11 +3,14 @@
 
 #include <chrono>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "sim/sweep/run_folder.h"
+#include "sim/sweep/stop_schedule.h"
 #include "sim/sweep/sweep_plan.h"
+#include "sim/sweep/to_do_list.h"
 
 namespace weft::sim {
 
@@ -17,8 +20,12 @@ struct EngineOptions {
   int threads = 1;            // most threads of each
   int retries = 0;            // further attempts of a run that crashed, or could not read or write
   bool fail_fast = false;     // stops after the first failure
-  bool rerun_failed = false;  // computes failed runs again
-  std::vector<std::size_t> runs;  // indices of the runs in the plan that this engine may take
+  std::vector<RunToDo> runs;  // runs that this engine answers for
+  // Runs that other workers answer for, and that this one takes as soon as it has begun all of
+  // `runs`.
+  std::vector<RunToDo> others;
+  // Time by which the engine must have ended. Some time before, it stops its runs (StopSchedule).
+  std::optional<StopSchedule::Clock::time_point> end;
 };
 
 // Learns how the runs of an engine go. All functions are called by the thread of the engine.
@@ -31,22 +38,26 @@ class EngineObserver {
   virtual void ended(std::size_t index, const RunResult& result) = 0;
   // Run `index` was stopped and can go on later.
   virtual void interrupted(std::size_t index) = 0;
-  // Run `index` is left to another worker that is at it.
-  virtual void left_to_another(std::size_t index) = 0;
+  // Another worker is at run `index`.
+  virtual void held_by_another(std::size_t index) = 0;
   // Is called several times per second.
   virtual void idle() = 0;
 };
 
 struct EngineReport {
-  int stop_signal = 0;      // SIGINT or SIGTERM if one of them stopped the engine
-  double wall_seconds = 0;  // of the engine
-  double busy_seconds = 0;  // wall time of all runs; at most processes * wall_seconds
+  int stop_signal = 0;           // SIGINT or SIGTERM if one of them stopped the engine
+  bool ran_out_of_time = false;  // true if EngineOptions::end or SIGUSR1 stopped it
+  double wall_seconds = 0;       // of the engine
+  double busy_seconds = 0;       // wall time of all runs; at most processes * wall_seconds
 };
 
-// Computes all runs of options.runs that have no result, in the order of the list, and writes their
-// results. A run with a refusal is left alone. Runs with equal hashes are computed once. SIGINT or
-// SIGTERM stops all runs by SIGTERM; a second one kills them. Both signals are blocked meanwhile.
-// Throws FileError if the folder of the sweep cannot be written.
+// Computes all runs of options.runs, in the order of the list, and writes their results; then those
+// of options.others that no worker has begun. Runs that another worker is at are waited for, and
+// taken over if it gives them up, if they belong to options.runs.
+//
+// SIGINT or SIGTERM stops all runs by SIGTERM; a second one kills them. SIGUSR1 says that time is
+// short (StopSchedule). These signals are blocked meanwhile. Throws FileError if the folder of the
+// sweep cannot be written.
 EngineReport compute_runs(const std::filesystem::path& directory, const SweepPlan& plan,
                           const EngineOptions& options, EngineObserver& observer);
 

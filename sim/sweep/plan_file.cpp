@@ -68,6 +68,7 @@ void write_plan(const std::filesystem::path& directory, const SweepPlan& plan) {
     Json json{{"hash", run.hash}, {"values", run.values}};
     if (run.refusal.empty()) {
       json["case"] = run.case_text;
+      json["work"] = run.work;
     } else {
       json["refusal"] = run.refusal;
     }
@@ -103,6 +104,7 @@ SweepPlan read_plan(const std::filesystem::path& directory) {
       each.at("values").get_to(run.values);
       run.refusal = each.value("refusal", "");
       run.case_text = each.value("case", "");
+      run.work = each.value("work", 0.0);
     }
     return plan;
   } catch (const Json::exception& error) {

@@ -14,6 +14,7 @@
 
 #include "sim/base/file_error.h"
 #include "sim/run/numerics_version.h"
+#include "sim/sweep/run_identity.h"
 #include "sim/sweep/whole_file.h"
 #include "sim/trajectory/file_lock.h"
 
@@ -42,8 +43,6 @@ std::vector<fs::path> attempts_in(const fs::path& folder) {
   std::ranges::sort(attempts);
   return attempts;
 }
-
-bool is_in_use(const fs::path& attempt) { return is_locked((attempt / "in_use").string()); }
 
 Json result_json(const RunResult& result) {
   Json json{{"hash", result.hash},
@@ -114,8 +113,6 @@ RunAttempt::~RunAttempt() {
   if (lock_ >= 0) close(lock_);
 }
 
-bool RunAttempt::is_ours() const { return names_open_file(lock_path().string(), lock_); }
-
 RunFolder::RunFolder(const fs::path& sweep, const std::string& hash)
     : path_(sweep / "runs" / hash.substr(0, name_digits)), hash_(hash) {}
 
@@ -130,20 +127,56 @@ std::optional<RunResult> RunFolder::result() const {
   }
 }
 
-RunState RunFolder::state_without_result() const {
-  const std::vector<fs::path> attempts = attempts_in(path_);
-  if (std::ranges::any_of(attempts, is_in_use)) return RunState::running;
-  return attempts.empty() ? RunState::not_begun : RunState::interrupted;
+std::string RunFolder::result_mark() const {
+  const std::optional<std::string> text = read_whole_file(path_ / "result.json");
+  return text ? sha256(*text) : "";
 }
 
-std::optional<RunAttempt> RunFolder::begin(const std::string& case_text, bool anew) const {
+RunState RunFolder::state_without_result() const {
+  if (is_locked(lock_path().string())) return RunState::running;
+  return attempts_in(path_).empty() ? RunState::not_begun : RunState::interrupted;
+}
+
+int RunFolder::lock() const {
+  while (true) {
+    const int file = open(lock_path().c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (file < 0)
+      throw FileError(lock_path().string() + ": cannot be locked: " + std::strerror(errno));
+    const bool is_locked_here = lock_open_file(file);
+    // A worker that ends removes the file before it gives up the lock.
+    if (is_locked_here && names_open_file(lock_path().string(), file)) return file;
+    close(file);
+    if (!is_locked_here) return -1;
+  }
+}
+
+std::optional<RunAttempt> RunFolder::begin(const std::string& case_text, const Start& start) const {
+  std::error_code error;
+  fs::create_directories(path_, error);
+  if (error) throw FileError(path_.string() + ": cannot create: " + error.message());
+  // The process of the run inherits the lock (ChildProcess), so that it lasts as long as both.
+  RunAttempt attempt({}, lock(), false);
+  if (attempt.lock_ < 0) return std::nullopt;
+  // Another worker may have ended the run before this one got the lock.
+  if (result() && result_mark() != start.replaced) {
+    fs::remove(lock_path(), error);
+    return std::nullopt;
+  }
+  attempt.folder_ = make_attempt_folder(start.anew);
+  if (attempt.folder_.empty()) return std::nullopt;
+  take_over_files(attempt.folder_, start.anew);
+  write_file(attempt.folder_ / "run.toml", case_text);
+  attempt.resumes_ = fs::exists(attempt.folder_ / "run.checkpoint");
+  return attempt;
+}
+
+fs::path RunFolder::make_attempt_folder(bool anew) const {
   const std::vector<fs::path> earlier = attempts_in(path_);
-  if (std::ranges::any_of(earlier, is_in_use)) return std::nullopt;
   const fs::path folder = path_ / (attempt_prefix + process_name());
   std::error_code error;
   if (!anew && !earlier.empty()) {
     fs::rename(earlier.front(), folder, error);
-    if (error) return std::nullopt;  // another worker was quicker
+    if (error) return {};
   }
   for (const fs::path& each : earlier) {
     if (each != folder || anew) fs::remove_all(each, error);
@@ -151,24 +184,15 @@ std::optional<RunAttempt> RunFolder::begin(const std::string& case_text, bool an
   error.clear();
   fs::create_directories(folder, error);
   if (error) throw FileError(folder.string() + ": cannot create: " + error.message());
-  // The process of the run inherits the lock (ChildProcess), so that it lasts as long as both.
-  const int lock = open((folder / "in_use").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (lock < 0) throw FileError(folder.string() + ": cannot be locked: " + std::strerror(errno));
-  RunAttempt attempt(folder, lock, false);
-  if (!lock_open_file(lock)) return std::nullopt;
-  take_over_failed(folder, anew);
-  write_file(folder / "run.toml", case_text);
-  attempt.resumes_ = fs::exists(folder / "run.checkpoint");
-  return attempt;
+  return folder;
 }
 
-void RunFolder::take_over_failed(const fs::path& attempt, bool anew) const {
-  if (!fs::exists(path_ / "result.json")) return;
+void RunFolder::take_over_files(const fs::path& attempt, bool anew) const {
   std::error_code ignored;  // without these files the run begins anew
   for (const char* name : resumed_files) {
     if (anew) {
       fs::remove(path_ / name, ignored);
-    } else {
+    } else if (!fs::exists(attempt / name)) {
       fs::rename(path_ / name, attempt / name, ignored);
     }
   }
@@ -188,6 +212,7 @@ bool RunFolder::finish(RunAttempt attempt, const RunResult& result) const {
                    result_json(result).dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
   std::error_code ignored;  // a folder that stays is an attempt that nobody goes on with
   fs::remove_all(attempt.folder(), ignored);
+  fs::remove(lock_path(), ignored);
   return true;
 }
 

@@ -5,8 +5,12 @@
 //   runs/HASH/log.txt       the messages of the run
 //   runs/HASH/result.json   the end of the run; written last, aside and renamed
 //   runs/HASH/attempt_*/    the files of a run that goes on or was interrupted
+//   runs/HASH/in_use        locked by the worker that is at the run; there while it is
 //
-// HASH are the first 16 digits of the hash of the run.
+// HASH are the first 16 digits of the hash of the run. The lock keeps two workers from computing a
+// run at once or one after the other. Where a file system has no locks, two workers would write
+// into attempts of different names: no file would have bytes of both, but the run would be done
+// twice.
 #pragma once
 
 #include <filesystem>
@@ -52,7 +56,7 @@ enum class RunState { not_begun, running, interrupted, done, failed };
 // Returns the state in words: "not begun".
 const char* state_name(RunState state);
 
-// The files of a run while it goes on. The lock of the attempt is held until the object and all
+// The files of a run while it goes on. The lock of the run is held until the object and all
 // processes that inherit lock_descriptor() are gone.
 class RunAttempt {
  public:
@@ -64,14 +68,13 @@ class RunAttempt {
   int lock_descriptor() const { return lock_; }
   // True if the attempt has a checkpoint of an earlier one, from which the run can go on.
   bool resumes() const { return resumes_; }
-  // True if the folder still belongs to this attempt.
-  bool is_ours() const;
+  // True if no other worker has taken the folder over.
+  bool is_ours() const { return std::filesystem::exists(folder_); }
 
  private:
   friend class RunFolder;
   RunAttempt(std::filesystem::path folder, int lock, bool resumes)
       : folder_(std::move(folder)), lock_(lock), resumes_(resumes) {}
-  std::filesystem::path lock_path() const { return folder_ / "in_use"; }
 
   std::filesystem::path folder_;
   int lock_;
@@ -88,14 +91,26 @@ class RunFolder {
   // Returns the result, or nothing while the run has not ended. A file that is damaged, or that
   // belongs to another hash with the same first digits, counts as no result.
   std::optional<RunResult> result() const;
+  // Returns a text that is another one after each attempt that ended with a result; empty without a
+  // result.
+  std::string result_mark() const;
   // Returns the state of a run without a result.
   RunState state_without_result() const;
 
-  // Begins an attempt with the case as run.toml. Returns nothing if another worker is at this run.
-  // The attempt takes over the files of an attempt that was interrupted or, if the run has failed,
-  // of that run, whose result it removes. If `anew`, these files are removed instead. Throws
-  // FileError.
-  std::optional<RunAttempt> begin(const std::string& case_text, bool anew = false) const;
+  struct Start {
+    // result_mark() of the failure that the attempt is to replace; empty for a run without a
+    // result.
+    std::string replaced;
+    bool anew = false;  // removes the files of earlier attempts instead of going on with them
+  };
+  // Begins an attempt with the case as run.toml. Returns nothing if another worker is at this run,
+  // or if the run has another result than start.replaced. The attempt takes over the files of an
+  // attempt that was interrupted or, if the run has failed, of that run, whose result it removes.
+  // Throws FileError.
+  std::optional<RunAttempt> begin(const std::string& case_text, const Start& start) const;
+  std::optional<RunAttempt> begin(const std::string& case_text) const {
+    return begin(case_text, Start());
+  }
 
   // Moves the files of the attempt into the folder, then writes the result. All are on the disk
   // before the result is, so that a result has its files if the machine stops. Returns false if the
@@ -103,8 +118,15 @@ class RunFolder {
   bool finish(RunAttempt attempt, const RunResult& result) const;
 
  private:
-  // Moves the files of a run that has failed into the attempt, or removes them if `anew`.
-  void take_over_failed(const std::filesystem::path& attempt, bool anew) const;
+  std::filesystem::path lock_path() const { return path_ / "in_use"; }
+  // Returns the descriptor of the lock of this run, or -1 if another worker holds it.
+  int lock() const;
+  // Makes the folder of an attempt, with the files of an earlier one unless `anew`. Returns its
+  // path, or an empty one if another worker was quicker, which takes a file system without locks.
+  std::filesystem::path make_attempt_folder(bool anew) const;
+  // Moves the files of a run that has failed, or whose finish() was cut short, into the attempt, or
+  // removes them if `anew`.
+  void take_over_files(const std::filesystem::path& attempt, bool anew) const;
 
   std::filesystem::path path_;
   std::string hash_;

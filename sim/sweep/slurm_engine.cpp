@@ -19,8 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-// Time (s) before the end of a job at which Slurm sends SIGTERM.
-constexpr int notice_time = 60;
+// Time (s) before the end of a job at which Slurm sends SIGUSR1, or up to a minute earlier.
+constexpr int notice_time = 90;
 // Slurm's default of MaxArraySize, taken where scontrol does not tell.
 constexpr int usual_array_size = 1001;
 
@@ -92,24 +92,31 @@ std::string shell_word(const std::string& text) {
   return word + '\'';
 }
 
-std::string script_text(const fs::path& directory, int tasks, const SlurmOptions& options) {
+fs::path list_path(const fs::path& directory) { return directory / "slurm" / "to_do.json"; }
+
+std::string script_text(const fs::path& directory, int tasks, int runs,
+                        const SlurmOptions& options) {
   std::string text = "#!/bin/bash\n#SBATCH --job-name=" + options.name + "\n#SBATCH --array=0-" +
                      std::to_string(tasks - 1);
   if (options.tasks_at_a_time > 0) text += '%' + std::to_string(options.tasks_at_a_time);
   text += "\n#SBATCH --cpus-per-task=" + std::to_string(options.cores) +
-          "\n#SBATCH --signal=B:TERM@" + std::to_string(notice_time) +
+          "\n#SBATCH --signal=B:USR1@" + std::to_string(notice_time) +
           "\n#SBATCH --output=" + (directory / "slurm" / "%A_%a.log").string() + '\n';
   for (const std::string& option : options.sbatch_options) text += "#SBATCH " + option + '\n';
-  // exec makes the shell, which gets the signal, weft itself.
-  return text + "exec " + shell_word(options.program) + " sweep work " +
-         shell_word(directory.string()) + " --slice \"$SLURM_ARRAY_TASK_ID/" +
-         std::to_string(tasks) + "\" --jobs " + std::to_string(options.cores) + " --quiet\n";
+  // Slurm balances the load where each run is a task, and a task leaves when its run is done.
+  const char* const only_slice = tasks == runs ? " --only-slice" : "";
+  // exec makes the shell, which gets the signal, weft itself. Until that can heed it, it is
+  // ignored.
+  return text + "trap '' USR1\nexec " + shell_word(options.program) + " sweep work " +
+         shell_word(directory.string()) + " --list " + shell_word(list_path(directory).string()) +
+         " --slice \"$SLURM_ARRAY_TASK_ID/" + std::to_string(tasks) + '"' + only_slice +
+         options.worker_options + '\n';
 }
 
 }  // namespace
 
 SlurmJob submit_to_slurm(const fs::path& directory, const SweepPlan& plan,
-                         const SlurmOptions& options) {
+                         const std::vector<RunToDo>& list, const SlurmOptions& options) {
   const fs::path place = fs::absolute(directory);
   const fs::path folder = place / "slurm";
   std::error_code error;
@@ -121,9 +128,10 @@ SlurmJob submit_to_slurm(const fs::path& directory, const SweepPlan& plan,
                     "more tasks than an array of this cluster may have",
                     "expected at most " + std::to_string(most) + ", its MaxArraySize");
   }
-  const int runs = static_cast<int>(std::min<std::size_t>(plan.runs.size(), 1U << 30U));
-  const int tasks = options.tasks > 0 ? options.tasks : std::min(runs, most);
-  write_whole_file(folder / "job.sh", script_text(place, tasks, options));
+  const int runs = static_cast<int>(std::min<std::size_t>(list.size(), 1U << 30U));
+  const int tasks = std::min(runs, options.tasks > 0 ? options.tasks : most);
+  write_to_do_list(list_path(place), plan, list);
+  write_whole_file(folder / "job.sh", script_text(place, tasks, runs, options));
   const ToolEnd end = run_tool(folder, {"sbatch", "--parsable", (folder / "job.sh").string()});
   if (end.code != 0) {
     throw FileError((folder / "job.sh").string() + ": sbatch refuses it (exit code " +

@@ -15,7 +15,7 @@ class SilentObserver final : public EngineObserver {
   void begun(std::size_t, int, const std::filesystem::path&) override {}
   void ended(std::size_t, const RunResult&) override {}
   void interrupted(std::size_t) override {}
-  void left_to_another(std::size_t) override {}
+  void held_by_another(std::size_t) override {}
   void idle() override {}
 };
 
@@ -49,7 +49,8 @@ SweepEstimate estimate_sweep(const std::filesystem::path& directory, const Sweep
   count = std::min(count, all.size());
   for (std::size_t i = 0; i < count; ++i)
     estimate.pilots.push_back(all[(2 * i + 1) * all.size() / (2 * count)]);
-  options.runs = estimate.pilots;
+  options.runs.clear();
+  for (const std::size_t index : estimate.pilots) options.runs.push_back({index});
   SilentObserver observer;
   estimate.stop_signal = compute_runs(directory, plan, options, observer).stop_signal;
   for (const std::size_t index : estimate.pilots) {

@@ -121,10 +121,10 @@ void SweepMonitor::interrupted(std::size_t index) {
   print(index, "interrupted");
 }
 
-void SweepMonitor::left_to_another(std::size_t index) {
+void SweepMonitor::held_by_another(std::size_t index) {
   records_[index] = {RunState::running, {}};
   std::erase_if(shown_, [&](const Shown& run) { return run.index == index; });
-  print(index, "left to another worker that is at it");
+  print(index, "another worker is at it");
 }
 
 void SweepMonitor::idle() {

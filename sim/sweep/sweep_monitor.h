@@ -34,7 +34,7 @@ class SweepMonitor final : public EngineObserver {
   void begun(std::size_t index, int attempt, const std::filesystem::path& log) override;
   void ended(std::size_t index, const RunResult& result) override;
   void interrupted(std::size_t index) override;
-  void left_to_another(std::size_t index) override;
+  void held_by_another(std::size_t index) override;
   void idle() override;
 
  private:

@@ -10,6 +10,7 @@
 #include "sim/case/case_text.h"
 #include "sim/case/case_tree.h"
 #include "sim/case/case_writer.h"
+#include "sim/case/memory_estimate.h"
 #include "sim/case/time_methods.h"
 #include "sim/sweep/run_identity.h"
 #include "sim/sweep/sample_points.h"
@@ -50,6 +51,13 @@ struct Column {
 CaseOverride override_of(const std::string& key, const SourceLocation& key_place,
                          const TomlValue& value) {
   return {key, value.text, true, key_place, value.where};
+}
+
+// Returns PlannedRun::work of a case.
+double work_of(const Case& source) {
+  double vertices = 0;
+  for (const double each : size_of_case(source).body) vertices += std::max(1.0, each);
+  return vertices * source.time.duration;
 }
 
 // The values of one run, one per column.
@@ -276,6 +284,7 @@ class Planner {
       if (plan_.case_outputs.empty()) plan_.case_outputs = source.outputs;
       run.hash = hasher_.hash(source, sweep_.estimate_error);
       run.case_text = portable_case_text(source);
+      run.work = work_of(source);
     } catch (const CaseError& error) {
       if (!first_refusal_) first_refusal_ = std::current_exception();
       run.refusal = error.what();

@@ -16,6 +16,9 @@ struct PlannedRun {
   // run. Such a run has failed from the start.
   std::string refusal;
   std::string case_text;  // portable_case_text() (run_identity.h); empty for a refused run
+  // Measure of the run's cost, by which long runs are found: vertices of all bodies times simulated
+  // seconds. Shapes from files count as one vertex.
+  double work = 0;
 };
 
 struct SweepPlan {

@@ -254,14 +254,15 @@ set = { "compute.cpu_limit" = 1000, "time.duration" = 1 }
 }
 
 TEST_F(SweepCommandTest, CtrlCStopsRunsAndTheNextCallGoesOn) {
-  write("sweep.toml", R"(case = "base.toml"
-[factors]
-"time.duration" = { list = [0.02, 1e6] }
-)");
+  const auto write_sweep = [&](const std::string& durations) {
+    write("sweep.toml",
+          "case = \"base.toml\"\n[factors]\n\"time.duration\" = { list = " + durations + " }\n");
+  };
   const std::string out = path("out").string();
+  write_sweep("[0.02]");
+  ASSERT_EQ(weft({"sweep", "sweep.toml", "-o", out, "--quiet"}).code, 0);
+  write_sweep("[0.02, 1e6]");
   WeftProcess sweep(folder(), {"sweep", "sweep.toml", "-o", out, "-j", "1"});
-  while (!exists("out/runs") || results("out").empty())
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
   wait_for_process(out + "/runs/");
   EXPECT_EQ(summary_json("out").at("counts").at("running"), 1);
   sweep.send(SIGINT);
@@ -334,17 +335,19 @@ TEST_F(SweepCommandTest, SlicesCoverThePlan) {
   write("sweep.toml", densities);
   const std::string out = path("out").string();
   EXPECT_EQ(weft({"sweep", "work", out, "--slice", "0/2"}).code, exit_code::input_output);
-  fs::create_directory(out);
-  ASSERT_EQ(weft({"sweep", "sweep.toml", "-o", "planned", "--quiet"}).code, 0);
-  fs::copy_file(path("planned/plan.json"), path("out/plan.json"));
-  const Result first = weft({"sweep", "work", out, "--slice", "0/3"});
+  ASSERT_EQ(weft({"sweep", "sweep.toml", "-o", "whole", "--quiet"}).code, 0);
+  ASSERT_EQ(weft({"sweep", "plan", "sweep.toml", "-o", out}).code, 0);
+  const auto work = [&](const std::string& slice) {
+    return weft({"sweep", "work", out, "--slice", slice, "--only-slice"});
+  };
+  const Result first = work("0/3");
   EXPECT_EQ(first.code, 0) << first.err;
   EXPECT_EQ(results("out").size(), 2U);  // runs 1 and 4
-  EXPECT_EQ(weft({"sweep", "work", out, "--slice", "1/3"}).code, 0);
-  EXPECT_EQ(weft({"sweep", "work", out, "--slice", "2/3"}).code, 0);
+  EXPECT_EQ(work("1/3").code, 0);
+  EXPECT_EQ(work("2/3").code, 0);
   EXPECT_EQ(results("out").size(), 4U);
-  EXPECT_EQ(lasting_summary("out"), lasting_summary("planned"));
-  EXPECT_EQ(weft({"sweep", "work", out, "--slice", "3/3"}).code, exit_code::bad_case);
+  EXPECT_EQ(lasting_summary("out"), lasting_summary("whole"));
+  EXPECT_EQ(work("3/3").code, exit_code::bad_case);
 }
 
 TEST_F(SweepCommandTest, EstimatesTheCostOfAllRunsByAFew) {
