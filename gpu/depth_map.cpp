@@ -42,7 +42,7 @@ void DepthMap::draw_triangle(const Vector3f& a, const Vector3f& b, const Vector3
   const float bottom = std::floor(std::min(high.y() - 0.5F, most));
   const float left = std::ceil(std::max(low.x() - 0.5F, least));
   const float right = std::floor(std::min(high.x() - 0.5F, most));
-  if (top > bottom || left > right) return;
+  if (!(top <= bottom && left <= right)) return;  // also if a coordinate is not a number
   const Vector3f normal = (b - a).cross(c - a);
   if (normal.z() == 0) return;
 

@@ -6,6 +6,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "sim/scene/spline_interpolation.h"
+
 namespace weft::sim {
 
 namespace {
@@ -38,14 +40,18 @@ GaussRule gauss_rule(int points) {
                      {std::sqrt(3.0 / 7 + part), (18 - root) / 36}});
 }
 
-Eigen::MatrixXd values_at(const SplineAxis& axis, const std::vector<double>& parameters) {
+// Returns the matrix that maps control points to the points of the curve at `parameters`.
+Eigen::SparseMatrix<double> values_at(const SplineAxis& axis,
+                                      const std::vector<double>& parameters) {
   const int count = axis.control_points();
-  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(count, count);
+  std::vector<Eigen::Triplet<double>> entries;  // added up where a short axis meets a point twice
   for (int row = 0; row < count; ++row) {
     const SplineBasis basis = axis.at(parameters[row]);
     for (int i = 0; i <= axis.degree(); ++i)
-      values(row, axis.control_point(basis.element, i)) += basis.value[i];
+      entries.emplace_back(row, axis.control_point(basis.element, i), basis.value[i]);
   }
+  Eigen::SparseMatrix<double> values(count, count);
+  values.setFromTriplets(entries.begin(), entries.end());
   return values;
 }
 
@@ -80,9 +86,10 @@ constexpr int points_of_sample = 6;
 
 // Returns the matrix that maps the image's points, at parameters `spacing` apart from 0 on, to the
 // values at `parameters` of the polynomials through the nearest six of them.
-Eigen::MatrixXd samples_of_image(const std::vector<double>& parameters, double spacing) {
+Eigen::SparseMatrix<double> samples_of_image(const std::vector<double>& parameters,
+                                             double spacing) {
   const int count = static_cast<int>(parameters.size());
-  Eigen::MatrixXd samples = Eigen::MatrixXd::Zero(count, count);
+  std::vector<Eigen::Triplet<double>> entries;
   for (int row = 0; row < count; ++row) {
     const double at = parameters[row] / spacing;
     const int first = std::clamp(static_cast<int>(std::floor(at)) - (points_of_sample / 2 - 1), 0,
@@ -92,9 +99,11 @@ Eigen::MatrixXd samples_of_image(const std::vector<double>& parameters, double s
       for (int j = 0; j < points_of_sample; ++j) {
         if (j != i) weight *= (at - first - j) / (i - j);
       }
-      samples(row, first + i) = weight;
+      entries.emplace_back(row, first + i, weight);
     }
   }
+  Eigen::SparseMatrix<double> samples(count, count);
+  samples.setFromTriplets(entries.begin(), entries.end());
   return samples;
 }
 
@@ -187,28 +196,34 @@ double SplineAxis::image_parameter(int point) const {
 }
 
 std::vector<double> SplineAxis::interpolation() const {
-  const auto parameters = [this](const auto& parameter) {
+  return rows_of(
+      control_points_of(*this, Eigen::MatrixXd::Identity(control_points_, control_points_)));
+}
+
+Eigen::MatrixXd control_points_of(const SplineAxis& axis, const Eigen::MatrixXd& images) {
+  using Factors = Eigen::SparseLU<Eigen::SparseMatrix<double>>;
+  const auto parameters = [&](const auto& parameter) {
     std::vector<double> all;
-    for (int i = 0; i < control_points_; ++i) all.push_back(parameter(i));
+    for (int i = 0; i < axis.control_points(); ++i) all.push_back(parameter(i));
     return all;
   };
-  if (passes_through_image())
-    return rows_of(
-        values_at(*this, parameters([&](int i) { return image_parameter(i); })).inverse());
-  const std::vector<double> greville = parameters([&](int i) { return greville_abscissa(i); });
-  const Eigen::SparseMatrix<double> values = values_at(*this, greville).sparseView();
-  const Eigen::SparseLU<Eigen::SparseMatrix<double>> factors(values);
-  return rows_of(factors.solve(samples_of_image(greville, image_parameter(1))));
+  if (axis.passes_through_image()) {
+    const Factors factors(
+        values_at(axis, parameters([&](int i) { return axis.image_parameter(i); })));
+    return factors.solve(images);
+  }
+  const std::vector<double> greville = parameters([&](int i) {
+    double sum = 0;
+    for (int k = 1; k <= axis.degree(); ++k)
+      sum += std::clamp(i + k - axis.degree(), 0, axis.elements());  // a knot of an open axis
+    return sum / axis.degree();
+  });
+  const Factors factors(values_at(axis, greville));
+  return factors.solve(samples_of_image(greville, axis.image_parameter(1)) * images);
 }
 
 bool SplineAxis::passes_through_image() const {
   return is_closed_ || degree_ < 3 || control_points_ <= most_points_passed;
-}
-
-double SplineAxis::greville_abscissa(int control_point) const {
-  double sum = 0;
-  for (int k = 1; k <= degree_; ++k) sum += knot(control_point + k);
-  return sum / degree_;
 }
 
 std::vector<QuadraturePoint> SplineAxis::gauss_points(int per_element) const {

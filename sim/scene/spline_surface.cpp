@@ -2,6 +2,8 @@
 
 #include <map>
 
+#include "sim/scene/spline_interpolation.h"
+
 namespace weft::sim {
 
 SplineSurface::SplineSurface(const bsi::Atlas& atlas, int degree) : degree_(degree) {
@@ -45,20 +47,20 @@ std::vector<Eigen::Vector3d> SplineSurface::interpolate(const bsi::Atlas& atlas,
     const int patch = static_cast<int>(p);
     const auto& [u, v] = patches_[p];
     const int rows = v.control_points(), cols = u.control_points();
-    const std::vector<double> along_u = u.interpolation(), along_v = v.interpolation();
-    std::vector<Vec3> half(static_cast<std::size_t>(rows) * cols, Vec3::Zero());
+    // Rows of the image become columns, three for their coordinates, and then columns do.
+    Eigen::MatrixXd by_row(cols, 3 * rows), by_col(rows, 3 * cols);
     for (int r = 0; r < rows; ++r) {
-      for (int c = 0; c < cols; ++c) {
-        for (int k = 0; k < cols; ++k)
-          half[r * cols + c] += along_u[c * cols + k] * image[atlas.particle(patch, r, k)];
-      }
+      for (int c = 0; c < cols; ++c)
+        by_row.block<1, 3>(c, 3 * r) = image[atlas.particle(patch, r, c)].transpose();
     }
+    by_row = control_points_of(u, by_row);
     for (int r = 0; r < rows; ++r) {
-      for (int c = 0; c < cols; ++c) {
-        Vec3 sum = Vec3::Zero();
-        for (int k = 0; k < rows; ++k) sum += along_v[r * rows + k] * half[k * cols + c];
-        control[atlas.particle(patch, r, c)] = sum;
-      }
+      for (int c = 0; c < cols; ++c) by_col.block<1, 3>(r, 3 * c) = by_row.block<1, 3>(c, 3 * r);
+    }
+    by_col = control_points_of(v, by_col);
+    for (int r = 0; r < rows; ++r) {
+      for (int c = 0; c < cols; ++c)
+        control[atlas.particle(patch, r, c)] = by_col.block<1, 3>(r, 3 * c).transpose();
     }
   }
   return control;

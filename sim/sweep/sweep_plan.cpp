@@ -23,6 +23,8 @@ namespace weft::sim {
 namespace {
 
 constexpr double most_runs = 1e6;
+// Largest number of values of factors in all runs. They take up to three gigabytes.
+constexpr double most_values = 2e7;
 
 // Values of one column of the plan: a list, or numbers from a distribution.
 struct Column {
@@ -260,9 +262,15 @@ class Planner {
   }
 
   void refuse_too_many(double count) const {
-    if (count <= most_runs) return;
-    throw CaseError(sweep_.factors_location, "the sweep has " + rounded_text(count) + " runs",
-                    "expected at most " + rounded_text(most_runs));
+    if (count > most_runs) {
+      throw CaseError(sweep_.factors_location, "the sweep has " + rounded_text(count) + " runs",
+                      "expected at most " + rounded_text(most_runs));
+    }
+    const double values = count * static_cast<double>(columns_.size());
+    if (values <= most_values) return;
+    throw CaseError(sweep_.factors_location,
+                    "the runs of the sweep have " + rounded_text(values) + " values of factors",
+                    "expected at most " + rounded_text(most_values) + ": fewer runs or factors");
   }
 
   void add_run(const Combination& combination, std::optional<int> repeat) {

@@ -15,7 +15,8 @@ Table describe(FactorCase& target) {
             "First and last value, between which `count` values lie evenly.")
           .entries(2, 2)
           .not_with("list"),
-      field("count", &count, "", at_least(2), "Number of values of `range`, with both ends.")
+      field("count", &count, "", Limits{2, 1e6, false, false},
+            "Number of values of `range`, with both ends.")
           .with_default("none"),
       field("uniform", &uniform, "", any, "Least and largest value of uniform samples.")
           .entries(2, 2)

@@ -27,11 +27,22 @@ constexpr gpu::PixelColour paper{250, 250, 250}, ink{34, 34, 34};
 
 int text_scale(int height) { return std::max(1, height / 600); }
 
-// Splits a name into lines, after underscores or spaces if possible.
-std::vector<std::string> lines_of(const std::string& text) {
+// Returns the text, or its beginning with dots if it is longer than a line.
+std::string shortened(const std::string& text) {
+  if (text.size() <= characters_per_line) return text;
+  return text.substr(0, characters_per_line - 3) + "...";
+}
+
+// Splits a name into at most `most` lines, after underscores or spaces if possible. The last line
+// of a longer name ends in dots.
+std::vector<std::string> lines_of(const std::string& text, std::size_t most) {
   std::vector<std::string> lines;
-  std::string rest = text;
+  std::string rest = text.substr(0, most * characters_per_line + 1);
   while (rest.size() > characters_per_line) {
+    if (lines.size() + 1 == most) {
+      lines.push_back(shortened(rest));
+      return lines;
+    }
     const auto gap = rest.find_last_of("_ ", characters_per_line - 1);
     const std::size_t length = gap == std::string::npos ? characters_per_line : gap + 1;
     lines.push_back(rest.substr(0, length));
@@ -44,9 +55,10 @@ std::vector<std::string> lines_of(const std::string& text) {
 // Returns the number as text, with enough digits to distinguish it from value + step, but with at
 // most 9 digits.
 std::string label_of(double value, double step) {
+  // Infinite if the step is too small or too large for the quotient.
   const double digits = value == 0 ? 1 : std::ceil(std::log10(std::abs(value) / step)) + 1;
   std::ostringstream text;
-  text.precision(std::clamp(static_cast<int>(digits), 2, 9));
+  text.precision(static_cast<int>(std::clamp(digits, 2.0, 9.0)));
   text << value;
   return text.str();
 }
@@ -81,13 +93,14 @@ class Bar {
     fill(picture_, left_ - 1, top_ - 1, width() + 2, bottom_ - top_ + 2, ink);
     for (int row = top_; row < bottom_; ++row) {
       const double share = (bottom_ - 1 - row) / static_cast<double>(bottom_ - 1 - top_);
-      const double value = colours.low + share * (colours.high - colours.low);
+      const double value = std::lerp(colours.low, colours.high, share);
       fill(picture_, left_, row, width(), 1, pixel_of(colours.map().at(colours.place_of(value))));
     }
     const std::vector<double> marks =
         round_marks(colours, (bottom_ - top_) / (scale_ * pixels_per_mark));
-    const double step = marks.size() > 1 ? marks[1] - marks[0] : colours.high - colours.low;
-    const double end_step = 0.01 * (colours.high - colours.low);
+    // The difference of the ends may exceed the largest double.
+    const double end_step = 0.01 * colours.high - 0.01 * colours.low;
+    const double step = marks.size() > 1 ? marks[1] - marks[0] : 100 * end_step;
     mark(colours.low, (legend_.least < colours.low ? "<" : "") + label_of(colours.low, end_step));
     mark(colours.high, (legend_.most > colours.high ? ">" : "") + label_of(colours.high, end_step));
     const int space = scale_ * line_height;
@@ -101,7 +114,7 @@ class Bar {
  private:
   int width() const { return scale_ * bar_width; }
   int row_of(double value) const {
-    const double share = (value - legend_.scale.low) / (legend_.scale.high - legend_.scale.low);
+    const double share = legend_.scale.share_of(value);
     return bottom_ - 1 - static_cast<int>(std::lround(share * (bottom_ - 1 - top_)));
   }
   void mark(double value, const std::string& label) {
@@ -122,11 +135,16 @@ const gpu::ColourMap& ColourScale::map() const {
   return diverging ? gpu::diverging_colours() : gpu::sequential_colours();
 }
 
+double ColourScale::share_of(double value) const {
+  const int exponent = -std::ilogb(std::max(std::abs(low), std::abs(high)));
+  const double from = std::scalbn(low, exponent);
+  return (std::scalbn(value, exponent) - from) / (std::scalbn(high, exponent) - from);
+}
+
 float ColourScale::place_of(double value) const {
   if (std::isnan(value)) return std::numeric_limits<float>::quiet_NaN();
   const double within = std::clamp(value, low, high);
-  const double place =
-      diverging ? 0.5 + 0.5 * within / std::max(-low, high) : (within - low) / (high - low);
+  const double place = diverging ? 0.5 + 0.5 * (within / std::max(-low, high)) : share_of(within);
   return static_cast<float>(place);
 }
 
@@ -143,16 +161,22 @@ ColourScale scale_between(double low, double high) {
 }
 
 std::vector<double> round_marks(const ColourScale& scale, int count) {
-  const double least_step = (scale.high - scale.low) / std::max(count, 1);
+  // The difference of the ends may exceed the largest double.
+  const double least_step = scale.high / std::max(count, 1) - scale.low / std::max(count, 1);
   const double power = std::pow(10, std::floor(std::log10(least_step)));
   double step = 10 * power;
   for (const double factor : {5.0, 2.0, 1.0}) {
     if (factor * power >= least_step) step = factor * power;
   }
+  if (!std::isfinite(step))  // beyond the largest double, zero is the only round number
+    return scale.low <= 0 && scale.high >= 0 ? std::vector<double>{0} : std::vector<double>{};
+  // From this multiple of the step on, doubles do not distinguish neighbouring multiples.
+  constexpr double most_steps = 1e15;
+  if (!(std::max(std::abs(scale.low), std::abs(scale.high)) < most_steps * step)) return {};
   std::vector<double> marks;
   const double last = std::floor(scale.high / step);
   for (double number = std::ceil(scale.low / step); number <= last; ++number) {
-    marks.push_back(number * step + 0.0);  // -0 becomes 0
+    marks.push_back(std::clamp(number * step, scale.low, scale.high) + 0.0);  // -0 becomes 0
   }
   return marks;
 }
@@ -172,9 +196,12 @@ gpu::Picture with_legend(const gpu::Picture& picture, const Legend& legend) {
   }
   fill(result, picture.width, 0, result.width - picture.width, result.height, paper);
 
-  std::vector<std::string> head = lines_of(legend.name);
+  // At most a third of the strip, which leaves room for the bar.
+  const int most_lines = picture.height / (3 * scale * line_height) - 2;
+  std::vector<std::string> head = lines_of(legend.name, std::max(1, most_lines));
   if (legend.magnitude) head.emplace_back("magnitude");
-  if (!legend.units.empty() && legend.units != "1") head.push_back("[" + legend.units + "]");
+  if (!legend.units.empty() && legend.units != "1")
+    head.push_back(shortened("[" + legend.units + "]"));
   const int left = picture.width + scale * margin;
   int top = scale * margin;
   for (const std::string& line : head) {

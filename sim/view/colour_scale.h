@@ -15,6 +15,9 @@ struct ColourScale {
   bool diverging = false;    // if true, low < 0 < high must hold
 
   const gpu::ColourMap& map() const;
+  // Returns the position of a number between the ends: 0 at `low`, 1 at `high`. It is finite for
+  // all numbers within the scale, even if the difference of the ends is not.
+  double share_of(double value) const;
   // Returns the position of a number in the colour map, from 0 to 1. A number beyond an end of the
   // scale has the position of that end. The position of NaN is NaN.
   float place_of(double value) const;
@@ -26,7 +29,8 @@ struct ColourScale {
 ColourScale scale_between(double low, double high);
 
 // Returns round numbers within the scale for the marks of a legend, in increasing order: at most
-// max(count, 1) + 1 numbers.
+// max(count, 1) + 1 numbers. Returns none if the ends of the scale agree in about fifteen digits,
+// or if its round numbers are too small for doubles.
 std::vector<double> round_marks(const ColourScale& scale, int count);
 
 struct Legend {
@@ -45,7 +49,8 @@ inline constexpr int least_legend_width = 240, least_legend_height = 180;
 int legend_width(int height);
 
 // Returns the picture widened by a strip with the legend at its right. The strip has the width
-// legend_width(). Precondition: the picture is at least least_legend_height high.
+// legend_width(). A name or units that are too long for the strip are cut, and end in dots.
+// Precondition: the picture is at least least_legend_height high.
 gpu::Picture with_legend(const gpu::Picture& picture, const Legend& legend);
 
 }  // namespace weft::sim

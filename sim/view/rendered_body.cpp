@@ -5,10 +5,15 @@
 #include <stdexcept>
 
 #include "gpu/triangle_batch.h"
+#include "sim/case/case_text.h"
 #include "sim/view/rendered_spheres.h"
 
 namespace weft::sim {
 namespace {
+
+// Largest coordinate that is drawn (m). The renderer computes in float32, whose range the products
+// of much larger coordinates would exceed.
+constexpr double farthest_drawn = 1e9;
 
 // Returns RenderedBody::most_deviation (m) of each body. Contact keeps two bodies apart by at least
 // the mean of their thicknesses. So that bodies do not show through each other, the deviations of
@@ -83,10 +88,12 @@ void read_positions(const TrajectoryReader& reader, int frame, RenderedBody& bod
   if (!body.moves && !body.positions.empty()) return;
   body.positions = body.surface.points(reader.positions(body.index, frame));
   for (const Vec3& position : body.positions) {
-    if (position.allFinite()) continue;
+    if (position.allFinite() && position.cwiseAbs().maxCoeff() <= farthest_drawn) continue;
+    const std::string fault =
+        position.allFinite() ? "beyond " + rounded_text(farthest_drawn) + " m" : "not finite";
     throw std::runtime_error("cannot draw frame " + std::to_string(frame) + ": body '" +
-                             reader.bodies()[body.index].name +
-                             "' has a position that is not finite");
+                             reader.bodies()[body.index].name + "' has a position that is " +
+                             fault);
   }
 }
 

@@ -53,7 +53,8 @@ struct RenderedBody {
 std::vector<RenderedBody> rendered_bodies(const std::string& path, const TrajectoryReader& reader);
 
 // Sets the positions of a body to those of a frame. If the body does not move, they are read only
-// once. Throws std::runtime_error if a position is not finite.
+// once. Throws std::runtime_error, naming the frame, for a position that is not finite or has a
+// coordinate beyond 1e9 m.
 void read_positions(const TrajectoryReader& reader, int frame, RenderedBody& body);
 
 // Sets RenderedBody::detail to a surface with fewer triangles for the present positions. The

@@ -205,7 +205,14 @@ runs = 3
 "contact.friction" = { range = [0.1, 0.5], count = 1 }
 )",
        R"(sweep.toml:3:52: "count" is 1
-  expected a whole number >= 2)"},
+  expected a whole number >= 2 and <= 1e+06)"},
+      {"count_of_billions",
+       R"(case = "base.toml"
+[factors]
+"contact.friction" = { range = [0.1, 0.5], count = 2000000000 }
+)",
+       R"(sweep.toml:3:52: "count" is 2000000000
+  expected a whole number >= 2 and <= 1e+06)"},
       {"range_end_beyond_limit",
        R"(case = "base.toml"
 [factors]

@@ -68,6 +68,68 @@ TEST(ColourScale, HasRoundMarksWithinTheRange) {
   }
 }
 
+// Returns a picture of one colour, widened by the legend.
+gpu::Picture legend_beside(const Legend& legend, int height = least_legend_height) {
+  gpu::Picture picture{4, height, {}};
+  picture.rgb.assign(std::size_t{12} * height, 7);
+  return with_legend(picture, legend);
+}
+
+TEST(ColourScale, HasFewMarksAtTheEndsOfWhatDoublesHold) {
+  constexpr double most = std::numeric_limits<double>::max();
+  constexpr double least = std::numeric_limits<double>::denorm_min();
+  constexpr double normal = std::numeric_limits<double>::min();
+  const double next = std::nextafter(1.0, 2.0);
+  for (const auto& [low, high] : {std::pair(1.0, next),
+                                  {-next, -1.0},
+                                  {1e300, std::nextafter(1e300, most)},
+                                  {0.0, least},
+                                  {-least, least},
+                                  {0.0, 3 * least},
+                                  {-least, 1.0},
+                                  {0.0, normal},
+                                  {-most, most},
+                                  {-most, 0.0},
+                                  {0.0, most},
+                                  {0.5 * most, most},
+                                  {1e-300, most},
+                                  {-most, least}}) {
+    const ColourScale scale = scale_between(low, high);
+    EXPECT_EQ(scale.share_of(low), 0);
+    EXPECT_EQ(scale.share_of(high), 1);
+    EXPECT_EQ(scale.place_of(low), 0);
+    EXPECT_EQ(scale.place_of(high), 1);
+    for (int count = 1; count < 20; ++count) {
+      const std::vector<double> marks = round_marks(scale, count);
+      EXPECT_LE(marks.size(), static_cast<std::size_t>(count) + 1) << low << ' ' << high;
+      EXPECT_TRUE(std::ranges::is_sorted(marks));
+      for (const double mark : marks) EXPECT_TRUE(low <= mark && mark <= high) << mark;
+    }
+    // The bar has the first colour at its bottom and the last at its top.
+    const gpu::Picture picture = legend_beside({"x", "", false, scale, low, high}, 400);
+    const auto pixel = [&](int row) { return &picture.rgb[(row * picture.width + 20) * 3]; };
+    const auto is_ink = [&](int row) { return pixel(row)[0] == 34 && pixel(row)[1] == 34; };
+    int top = 25, bottom = picture.height - 1;
+    while (!is_ink(top)) ++top;
+    while (!is_ink(bottom)) --bottom;
+    ASSERT_GT(bottom - top, 300);
+    EXPECT_NEAR(pixel(top + 1)[0], scale.diverging ? 180 : 253, 1) << low << ' ' << high;
+    EXPECT_NEAR(pixel(bottom - 1)[0], scale.diverging ? 59 : 68, 1) << low << ' ' << high;
+  }
+}
+
+TEST(Legend, HasRoomForNamesAndUnitsOfAnyLength) {
+  Legend legend{std::string(5000, 'w'), std::string(3000, 'u'), true, scale_between(0, 1), 0, 1};
+  for (const int height : {least_legend_height, 400, 1300}) {
+    const gpu::Picture picture = legend_beside(legend, height);
+    EXPECT_EQ(picture.rgb.size(), std::size_t{3} * picture.width * height);
+    for (int row = 0; row < height; ++row) {
+      const auto* start = &picture.rgb[std::size_t{3} * row * picture.width];
+      EXPECT_TRUE(std::all_of(start, start + 12, [](int channel) { return channel == 7; }));
+    }
+  }
+}
+
 struct Pixels {
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgb;

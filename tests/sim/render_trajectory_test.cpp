@@ -129,6 +129,32 @@ RedPart red_part(const Pixels& pixels) {
   return part;
 }
 
+// Products of such coordinates exceed the range of the renderer's numbers.
+TEST_F(RenderTrajectory, RefusesPositionsThatAreTooFarAway) {
+  const bsi::Surface sheet = bsi::make_rectangle(1, 1, 9, 9);
+  std::vector<TrajectoryBody> bodies(1);
+  bodies[0] = {"sheet", sheet.atlas};
+  for (const double distance : {1e308, 1e30, 1.1e9, 0.9e9}) {
+    std::vector<Vec3> positions = sheet.positions;
+    positions[40].y() = -distance;
+    {
+      TrajectoryWriter writer(folder_.path("far.h5"), bodies, {},
+                              {.force = true, .precision = Precision::float64}, {positions});
+      writer.write_frame(0, {positions}, {}, {});
+    }
+    std::string message = "drawn";
+    try {
+      render_trajectory(folder_.path("far.h5"), folder_.path("pictures"),
+                        {.width = 32, .height = 24, .movie = false});
+    } catch (const std::runtime_error& error) {
+      message = error.what();
+    }
+    EXPECT_EQ(message, distance > 1e9 ? "cannot draw frame 0: body 'sheet' has a position that is "
+                                        "beyond 1e+09 m"
+                                      : "drawn");
+  }
+}
+
 TEST_F(RenderTrajectory, DrawsEveryFrameFromOneCameraThatSeesTheMotion) {
   const std::string path = write_trajectory(4);
   std::vector<int> progress;
