@@ -13,36 +13,41 @@ constexpr int most_queries = 512;
 // A path that is not proved safe is cut where the gap has fallen to this fraction of the starting
 // gap.
 constexpr double left_part = 0.1;
-// The search for a proof stops where the gap has fallen to this fraction of the starting gap.
-constexpr double hopeless_part = 0.01;
 // Each advance along the path stops where the projected gap has fallen to this fraction of the gap
-// at the start of the advance.
+// at the start of the advance. Once the place of the cut is known, only a proof is sought: advances
+// then go as far as the projection allows, which takes the fewest queries.
 constexpr double aimed_part = 0.05;
+// The search for a proof stops where the gap has fallen to this fraction of the starting gap.
+constexpr double hopeless_part = 1e-12;
 // Upper bound of the rounding error of a projected gap, as a fraction of `size` in
 // relative_motion(). The gap is a sum of a dozen terms, none larger than `size`.
 constexpr double rounding_part = 16 * std::numeric_limits<double>::epsilon();
+// Pairs that are larger (m), or whose features are closer at the start, have no proof: products of
+// lengths could overflow or underflow.
+constexpr double largest_size = 1e100, smallest_distance = 1e-100;
 
 // The pair of features in the frame of its first point, which rests at the origin. Motion common to
-// all points then takes no queries. `rounding` (m) bounds the rounding error of a gap.
+// all points then takes no queries. `size` (m) is the sum of the lengths of the pair and of its
+// paths; `rounding` (m) bounds the rounding error of a gap.
 struct Motion {
   std::array<Vec3, 4> position;
   std::array<Vec3, 4> displacement;
-  double rounding = 0;
+  double size = 0, rounding = 0;
 };
 
 Motion relative_motion(const FourPoints& start, const FourPoints& end) {
   Motion motion;
   const Vec3 first_displacement = end[0] - start[0];
-  double size = first_displacement.lpNorm<1>();
+  motion.size = first_displacement.lpNorm<1>();
   motion.position[0] = motion.displacement[0] = Vec3::Zero();
   for (int i = 1; i < 4; ++i) {
     const Vec3 displacement = end[i] - start[i];
     motion.position[i] = start[i] - start[0];
     motion.displacement[i] = displacement - first_displacement;
     // A sum propagates NaN; a maximum would drop it.
-    size += displacement.lpNorm<1>() + motion.position[i].lpNorm<1>();
+    motion.size += displacement.lpNorm<1>() + motion.position[i].lpNorm<1>();
   }
-  motion.rounding = rounding_part * size;
+  motion.rounding = rounding_part * motion.size;
   return motion;
 }
 
@@ -90,20 +95,25 @@ double safe_fraction(const FourPoints& start, const FourPoints& end, double mini
   constexpr auto closest = first_count == 1 ? closest_vertex_triangle : closest_edge_edge;
   const Motion motion = relative_motion(start, end);
   const double least = minimum_separation + motion.rounding;
+  if (!(motion.size < largest_size)) return 0;  // also if the size is NaN
   std::array<Vec3, 4> position = motion.position;
   double fraction = 0, starting_gap = 0, left_at = -1;
   for (int query = 0; query < most_queries; ++query) {
     const Vec3 separation = closest(position[0], position[1], position[2], position[3]).separation;
     const double distance = separation.norm();
-    const double gap = distance - least;
-    if (query == 0) starting_gap = gap;
-    if (!(starting_gap > 0)) return 0;  // also if the gap is NaN
-
+    // The proof is the gap between the shadows alone. A separation that rounding has turned away
+    // from the closest points makes the gap smaller and proves no less.
     const Shadows<first_count> shadows(position, motion, separation);
-    if (shadows.gap_after(1 - fraction) > least * distance) return 1;
-    if (left_at < 0 && gap <= left_part * starting_gap) left_at = fraction;
-    if (gap <= hopeless_part * starting_gap) break;
-    const double advance = shadows.advance_to((least + aimed_part * gap) * distance);
+    const double scaled_gap = shadows.gap_after(0) - least * distance;
+    if (query == 0) {
+      if (!(scaled_gap > 0 && distance > smallest_distance)) return 0;
+      starting_gap = scaled_gap / distance;
+    }
+    if (scaled_gap > 0 && shadows.gap_after(1 - fraction) > least * distance) return 1;
+    if (left_at < 0 && scaled_gap <= left_part * starting_gap * distance) left_at = fraction;
+    if (!(scaled_gap > hopeless_part * starting_gap * distance)) break;
+    const double aim = left_at < 0 ? aimed_part * scaled_gap : 0;
+    const double advance = shadows.advance_to(least * distance + aim);
     if (!(advance > 0)) break;
     fraction += advance;
     if (fraction >= 1) return 1;
