@@ -78,8 +78,10 @@ class TermCollector {
 
 }  // namespace
 
-SurfaceTerms::SurfaceTerms(const Mesh& mesh, int vertex_count)
+SurfaceTerms::SurfaceTerms(const Mesh& mesh, int vertex_count, const Neighbourhoods* neighbourhoods)
     : mesh_(mesh),
+      neighbourhoods_(neighbourhoods == nullptr || neighbourhoods->are_rings() ? nullptr
+                                                                               : neighbourhoods),
       first_triangle_(vertex_count, std::numeric_limits<int>::max()),
       on_border_(vertex_count, 0),
       neighbour_start_(vertex_count + 1, 0) {
@@ -107,10 +109,16 @@ SurfaceTerms::SurfaceTerms(const Mesh& mesh, int vertex_count)
 
 bool SurfaceTerms::is_inner_edge(int edge, int own) const {
   const Edge& e = mesh_.edges[edge];
+  if (own >= 0 && neighbourhoods_ != nullptr) {
+    return e.triangle[1] >= 0 && !neighbourhoods_->contains(own, e.triangle[0]) &&
+           !neighbourhoods_->contains(own, e.triangle[1]);
+  }
   return e.triangle[1] >= 0 && (own < 0 || (e.opposite[0] != own && e.opposite[1] != own));
 }
 
 bool SurfaceTerms::is_inner_vertex(int vertex, int own) const {
+  if (own >= 0 && neighbourhoods_ != nullptr)
+    return on_border_[vertex] == 0 && !neighbourhoods_->touches(own, vertex);
   return on_border_[vertex] == 0 &&
          (own < 0 || !std::binary_search(neighbours_.begin() + neighbour_start_[vertex],
                                          neighbours_.begin() + neighbour_start_[vertex + 1], own));

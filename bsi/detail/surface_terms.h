@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "bsi/detail/neighbourhoods.h"
 #include "bsi/geometry_image.h"
 #include "bsi/proximity.h"
 
@@ -36,13 +37,16 @@ struct SurfaceTerm {
 // section 4.)
 class SurfaceTerms {
  public:
-  // The mesh must outlive the object. O(mesh).
-  SurfaceTerms(const Mesh& mesh, int vertex_count);
+  // The mesh must outlive the object, and so must the neighbourhoods of its vertices, if any.
+  // O(mesh).
+  SurfaceTerms(const Mesh& mesh, int vertex_count, const Neighbourhoods* neighbourhoods = nullptr);
 
   // Replaces `terms` by the terms within `reach` (m, >= 0) of `point`. `triangles` lists every
   // triangle within reach exactly once, in any order. `own` is the index of the point in this mesh,
   // or -1 if the point is not a vertex of it. Triangles with the vertex `own` do not count and must
-  // not be listed. `position` is by vertex, m. O(triangles^2) in the worst case.
+  // not be listed, and neither must other triangles of its neighbourhood. Edges and vertices on the
+  // rim of what is left out count as those of the border. `position` is by vertex, m.
+  // O(triangles^2) in the worst case.
   void find(const Vec3& point, int own, std::span<const int> triangles,
             std::span<const Vec3> position, double reach, std::vector<SurfaceTerm>& terms) const;
 
@@ -51,8 +55,9 @@ class SurfaceTerms {
   bool is_inner_vertex(int vertex, int own) const;
 
   const Mesh& mesh_;
-  std::vector<int> first_triangle_;  // first triangle of each vertex
-  std::vector<char> on_border_;      // 1 for each vertex on the border, else 0
+  const Neighbourhoods* neighbourhoods_;  // null: only triangles with the vertex itself
+  std::vector<int> first_triangle_;       // first triangle of each vertex
+  std::vector<char> on_border_;           // 1 for each vertex on the border, else 0
   // Sorted neighbours of each vertex, in compressed rows.
   std::vector<int> neighbour_start_, neighbours_;
 };

@@ -375,8 +375,4 @@ std::optional<ContactFault> Contact::check_state(std::span<const Vec3> position,
   return on_particles(surface_.check_state(all_points(position), smallest_gap), position);
 }
 
-std::optional<ContactFault> Contact::self_pair_in_reach(std::span<const Vec3> position) {
-  return on_particles(surface_.self_pair_in_reach(all_points(position)), position);
-}
-
 }  // namespace weft::sim

@@ -141,12 +141,9 @@ class Contact {
                                                            const PlacedParticles& end);
   // Sets *smallest_gap to the smallest gap (m) of the candidates at `position`, or to infinity if
   // there are no candidates. The candidates include all pairs within the range. Returns a fault if
-  // a gap is not positive, or if a position is not finite.
+  // a gap is not positive, if two neighbours touch, or if a position is not finite.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
                                                         double* smallest_gap);
-  // Returns a fault if two features of one body are closer than thickness + range at `position`, or
-  // if a position is not finite.
-  [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
 
  private:
   // Positions (m) and velocities (m/s) of the surface points at one time. Points of obstacles with

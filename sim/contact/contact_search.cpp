@@ -142,6 +142,10 @@ double search_slack(const Scene& scene) {
   return scene.source.contact.search_slack.value_or(default_slack(scene));
 }
 
+double neighbour_radius(double thickness, double range) {
+  return std::numbers::pi / 2 * thickness + range;
+}
+
 ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenSearch search)
     : scene_(scene),
       statistics_(statistics),
@@ -153,7 +157,17 @@ ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenS
       search_(std::move(search)) {
   for (int b = 0; b < static_cast<int>(scene.bodies.size()); ++b) {
     if (scene.bodies[b].moves) moving_.push_back(b);
+    find_neighbourhoods(b);
   }
+}
+
+void ContactSearch::find_neighbourhoods(int b) {
+  const SceneBody& body = scene_.bodies[b];
+  if (!is_searched(scene_, {b, b})) return;
+  auto found = std::make_unique<const bsi::Neighbourhoods>(body.surface_mesh(), body.surface_rest(),
+                                                           neighbour_radius(body.thickness, range_),
+                                                           scene_.threads);
+  if (!found->are_rings()) tracked_[b].neighbourhoods = std::move(found);
 }
 
 std::span<const Vec3> ContactSearch::of_body(std::span<const Vec3> all, int body) const {
@@ -502,6 +516,8 @@ bool ContactSearch::rule_out(std::size_t l) {
   list.vertex_triangle.clear();
   list.triangle_vertex.clear();
   list.edge_edge.clear();
+  list.near_vertex_triangle.clear();
+  list.near_edge_edge.clear();
   state.built = true;
   state.near = true;
   state.stray = stray(list);
@@ -595,7 +611,8 @@ void ContactSearch::build_lists(const PlacedPoints& start, const PlacedPoints& e
   if (!obstacles_.all().empty()) place_found(start, end);
   for (std::size_t i = 0; i < building_.size(); ++i) {
     CandidateList& list = lists_[building_[i]];
-    collect_features(scene_, start.position(), end.position(), quad_pairs_[i], reach(list), list,
+    collect_features(scene_, {start.position(), end.position()}, quad_pairs_[i],
+                     {reach(list), slack_ + stray(list), neighbourhoods(list.body_a)}, list,
                      statistics_.counters);
   }
 }

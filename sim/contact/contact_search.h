@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "bsi/detail/neighbourhoods.h"
 #include "bsi/pyramid.h"
 #include "sim/base/statistics.h"
 #include "sim/contact/body_tree.h"
@@ -44,6 +45,9 @@ struct CandidateList {
   std::vector<FeaturePair> vertex_triangle;  // vertex of body_a, triangle of body_b
   std::vector<FeaturePair> triangle_vertex;  // vertex of body_b, triangle of body_a; empty for self
   std::vector<FeaturePair> edge_edge;        // edges of body_a and body_b; for self a < b
+  // Pairs of neighbours at rest within one body. They are not in contact at any distance, but must
+  // not pass through each other.
+  std::vector<FeaturePair> near_vertex_triangle, near_edge_edge;
   double drift = 0;  // m, upper bound of the change of any distance since the list was built
 
   bool is_self() const { return body_a == body_b; }
@@ -58,12 +62,22 @@ std::vector<CandidateList> searched_pairs(const Scene& scene);
 std::vector<CandidateList> neighbours_at_start(const Scene& scene);
 // Returns the distance (m) by which candidate lists reach beyond thickness + range.
 double search_slack(const Scene& scene);
+// Returns the geodesic distance at rest (m) below which features of a body of this thickness are
+// not in contact with each other: pi/2 thickness + range. It is at least thickness + range, so that
+// a body does not push itself at rest. It is half the circumference of a circle of the diameter
+// `thickness`, and `range` more: across a round fold, features beyond that distance are no closer
+// than the layers of the fold, or keep a gap of more than half the range.
+double neighbour_radius(double thickness, double range);
 
 // Keeps candidate lists of pairs of bodies. With the exceptions below, the lists contain every pair
 // of features closer than thickness + range at the positions or along the paths of the last update.
 // They are built with a slack and remain valid until the bodies have moved by that distance. A
 // translation of a whole body does not count for pairs within the body. A common translation of two
 // bodies does not count for pairs between them.
+//
+// Neighbours at rest have lists of their own. A triangle is a neighbour of a vertex if it belongs
+// to the vertex's neighbourhood of neighbour_radius() (bsi/detail/neighbourhoods.h). Their lists
+// contain every pair of neighbours that meets at the positions or along the paths.
 //
 // Every body has a box. The box of a moving body is larger than necessary. Pairs of bodies whose
 // boxes do not meet have no list and cost nothing. A body that leaves its box gets a new box, and a
@@ -99,6 +113,11 @@ class ContactSearch {
   // Returns the lists of neighbours, sorted by (body_a, body_b).
   std::span<const CandidateList> lists() const { return lists_; }
   const RigidObstacles& obstacles() const { return obstacles_; }
+  // Returns the neighbourhoods at rest of a body's surface points, or null if its features are
+  // neighbours only where they have a common vertex.
+  const bsi::Neighbourhoods* neighbourhoods(int body) const {
+    return tracked_[body].neighbourhoods.get();
+  }
   double slack() const { return slack_; }
   // Returns the processor that runs the search. If a device fails, the CPU takes over with the same
   // results.
@@ -132,6 +151,9 @@ class ContactSearch {
     // Sphere around the body at its snapshot, or around its path. The radius is negative until the
     // first snapshot.
     bsi::Sphere bounds;
+    // Neighbourhoods at rest of the body's points; null if they are rings or the body is not
+    // searched for contact with itself.
+    std::unique_ptr<const bsi::Neighbourhoods> neighbourhoods;
   };
   struct ListState {
     // True if the list is built from pyramids, false if bounding spheres exclude all its pairs.
@@ -145,6 +167,7 @@ class ContactSearch {
     double stray = 0;
   };
 
+  void find_neighbourhoods(int body);
   std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
   // Finds the displacements of all moving bodies since their snapshots or, with `from_start`, since
   // their path_start. Extends the boxes of the bodies by the positions `now`. Returns the same as

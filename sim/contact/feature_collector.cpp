@@ -1,6 +1,8 @@
 #include "sim/contact/feature_collector.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -28,9 +30,19 @@ struct Batch {
 };
 
 // One entry per list of CandidateList, numbered by ListIndex.
-using Batches = std::array<Batch, 3>;
-using Lists = std::array<std::vector<FeaturePair>, 3>;
-enum ListIndex { vertex_triangle, triangle_vertex, edge_edge };
+constexpr int list_count = 5;
+using Batches = std::array<Batch, list_count>;
+using Lists = std::array<std::vector<FeaturePair>, list_count>;
+enum ListIndex {
+  vertex_triangle,
+  triangle_vertex,
+  edge_edge,
+  near_vertex_triangle,
+  near_edge_edge
+};
+
+bool has_edges(int list) { return list == edge_edge || list == near_edge_edge; }
+bool has_neighbours(int list) { return list == near_vertex_triangle || list == near_edge_edge; }
 
 // Returns the length (m) of the straight path of each point of `bodies`, or an empty list if start
 // and end are the same.
@@ -49,9 +61,12 @@ std::vector<double> path_lengths(std::span<const Vec3> start, std::span<const Ve
 // Converts pairs of quads to pairs of their features. Each thread uses a Gatherer of its own.
 class Gatherer {
  public:
-  Gatherer(const Scene& scene, const CandidateList& list)
+  Gatherer(const Scene& scene, const CandidateList& list, const PathEnds& path,
+           const ListReach& reach)
       : scene_(scene),
         self_(list.is_self()),
+        path_(path),
+        reach_(reach),
         a_(scene.bodies[list.body_a]),
         b_(scene.bodies[list.body_b]) {}
 
@@ -61,6 +76,7 @@ class Gatherer {
       batch.features.clear();
     }
     for (const bsi::LeafPair& pair : pairs) {
+      if (are_distant_neighbours(pair)) continue;
       add_vertices(a_, pair.a, b_, pair.b, batches_[vertex_triangle]);
       if (!self_ || pair.a != pair.b) {
         add_vertices(b_, pair.b, a_, pair.a, batches_[self_ ? vertex_triangle : triangle_vertex]);
@@ -71,14 +87,45 @@ class Gatherer {
   }
 
  private:
+  // True if all features of both quads are neighbours and stay out of reach of neighbours. On a
+  // finely resolved surface, most pairs of quads in the list are of this kind.
+  bool are_distant_neighbours(const bsi::LeafPair& pair) const {
+    if (reach_.neighbourhoods == nullptr || pair.a == pair.b) return false;
+    const auto one = corners_of(pair.a), other = corners_of(pair.b);
+    const auto belong = [&](const std::array<int, 4>& corners, int quad) {
+      return std::ranges::all_of(
+          corners, [&](int v) { return reach_.neighbourhoods->contains_quad(v, quad); });
+    };
+    return box_gap(one, other) > reach_.neighbours && belong(one, pair.b) && belong(other, pair.a);
+  }
+
+  std::array<int, 4> corners_of(int quad) const {
+    const auto& first = a_.mesh().triangles[2 * quad];
+    return {first[0], first[1], first[2], a_.mesh().triangles[2 * quad + 1][1]};
+  }
+
+  // Returns the distance (m) of the boxes around the paths of two quads' corners.
+  double box_gap(const std::array<int, 4>& one, const std::array<int, 4>& other) const {
+    const auto box = [&](const std::array<int, 4>& corners) {
+      Eigen::AlignedBox3d around;
+      for (const int corner : corners) {
+        around.extend(path_.start[a_.vertex(corner)]);
+        around.extend(path_.end[a_.vertex(corner)]);
+      }
+      return around;
+    };
+    return box(one).exteriorDistance(box(other));
+  }
+
   void add_vertices(const SurfaceFeatures& vertices, int vertex_quad,
-                    const SurfaceFeatures& triangles, int triangle_quad, Batch& out) const {
+                    const SurfaceFeatures& triangles, int triangle_quad, Batch& out) {
     for (int v : vertices.mesh().vertices_of_quad(vertex_quad)) {
       const int x0 = vertices.vertex(v);
       for (int t : {2 * triangle_quad, 2 * triangle_quad + 1}) {
         const auto [x1, x2, x3] = triangles.triangle(t);
         if (x0 == x1 || x0 == x2 || x0 == x3) continue;
-        add({x0, x1, x2, x3}, 1, v, t, out);
+        const bool near = reach_.neighbourhoods != nullptr && reach_.neighbourhoods->contains(v, t);
+        add({x0, x1, x2, x3}, 1, v, t, near ? batches_[near_vertex_triangle] : out);
       }
     }
   }
@@ -91,7 +138,11 @@ class Gatherer {
         const auto [x2, x3] = b_.edge(f);
         if (x0 == x2 || x0 == x3 || x1 == x2 || x1 == x3) continue;
         const bool swap = self_ && f < e;
-        add({x0, x1, x2, x3}, 2, swap ? f : e, swap ? e : f, batches_[edge_edge]);
+        const bool near =
+            reach_.neighbourhoods != nullptr &&
+            reach_.neighbourhoods->are_neighbours(a_.mesh().edges[e], a_.mesh().edges[f]);
+        add({x0, x1, x2, x3}, 2, swap ? f : e, swap ? e : f,
+            batches_[near ? near_edge_edge : edge_edge]);
       }
     }
   }
@@ -106,6 +157,8 @@ class Gatherer {
 
   const Scene& scene_;
   bool self_;
+  const PathEnds& path_;
+  const ListReach& reach_;
   SurfaceFeatures a_, b_;
   Batches batches_;
 };
@@ -149,39 +202,46 @@ void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_
 
 }  // namespace
 
-void collect_features(const Scene& scene, std::span<const Vec3> start, std::span<const Vec3> end,
-                      std::span<const bsi::LeafPair> quad_pairs, double reach, CandidateList& list,
-                      Counters& counters) {
+void collect_features(const Scene& scene, const PathEnds& path,
+                      std::span<const bsi::LeafPair> quad_pairs, const ListReach& reach,
+                      CandidateList& list, Counters& counters) {
   const SceneBody& a = scene.bodies[list.body_a];
   const SceneBody& b = scene.bodies[list.body_b];
-  const std::vector<double> paths = path_lengths(start, end, {&a, &b});
+  const std::vector<double> paths = path_lengths(path.start, path.end, {&a, &b});
   const int chunks =
       (static_cast<int>(quad_pairs.size()) + quad_pairs_per_chunk - 1) / quad_pairs_per_chunk;
   std::vector<Found> found(chunks);
   const int threads = scene.threads;
 #pragma omp parallel num_threads(threads) if (threads > 1 && chunks > 1)
   {
-    Gatherer gatherer(scene, list);
+    Gatherer gatherer(scene, list, path, reach);
     std::vector<bsi::PairInReach> in_reach;
 #pragma omp for schedule(dynamic)
     for (int c = 0; c < chunks; ++c) {
       const std::size_t first = static_cast<std::size_t>(c) * quad_pairs_per_chunk;
       const Batches& batches = gatherer.gather(quad_pairs.subspan(
           first, std::min<std::size_t>(quad_pairs_per_chunk, quad_pairs.size() - first)));
-      for (int which : {vertex_triangle, triangle_vertex, edge_edge}) {
-        const FeatureKind kind =
-            which == edge_edge ? FeatureKind::edge_edge : FeatureKind::vertex_triangle;
-        keep_in_reach(kind, batches[which], end, paths, reach, in_reach, found[c].lists[which]);
+      for (int which = 0; which < list_count; ++which) {
+        keep_in_reach(has_edges(which) ? FeatureKind::edge_edge : FeatureKind::vertex_triangle,
+                      batches[which], path.end, paths,
+                      has_neighbours(which) ? reach.neighbours : reach.contact, in_reach,
+                      found[c].lists[which]);
         found[c].looked_at += static_cast<std::int64_t>(batches[which].features.size());
       }
     }
   }
-  join_sorted(found, vertex_triangle, a.point_count(), list.vertex_triangle);
-  join_sorted(found, triangle_vertex, b.point_count(), list.triangle_vertex);
-  join_sorted(found, edge_edge, a.surface_mesh().edges.size(), list.edge_edge);
+  const std::array<std::vector<FeaturePair>*, list_count> lists{
+      &list.vertex_triangle, &list.triangle_vertex, &list.edge_edge, &list.near_vertex_triangle,
+      &list.near_edge_edge};
+  for (int which = 0; which < list_count; ++which) {
+    if (has_neighbours(which) && reach.neighbourhoods == nullptr) continue;
+    const std::size_t count = has_edges(which)           ? a.surface_mesh().edges.size()
+                              : which == triangle_vertex ? b.point_count()
+                                                         : a.point_count();
+    join_sorted(found, which, count, *lists[which]);
+    counters.candidate_pairs += static_cast<std::int64_t>(lists[which]->size());
+  }
   for (const Found& chunk : found) counters.narrow_phase_calls += chunk.looked_at;
-  for (const auto* features : {&list.vertex_triangle, &list.triangle_vertex, &list.edge_edge})
-    counters.candidate_pairs += static_cast<std::int64_t>(features->size());
 }
 
 }  // namespace weft::sim

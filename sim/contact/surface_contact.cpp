@@ -75,9 +75,6 @@ std::string ContactFault::describe(const Scene& scene) const {
              " m, and these are not kept farther apart (a finer image, or a larger thickness of "
              "the "
              "body, covers more)";
-    case Kind::in_reach:
-      return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
-             " are within reach of each other (gap " + rounded_text(gap) + " m)";
     case Kind::crossing:
       return "the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
              " would pass through each other";
@@ -104,10 +101,12 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
       spins_(scene.bodies.size(), Vec3::Zero()),
       touched_(scene.bodies.size(), 0) {
   surfaces_.reserve(scene.bodies.size());
-  for (const SceneBody& body : scene.bodies) {
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const SceneBody& body = scene.bodies[b];
     const std::vector<Vec3>& rest = body.surface_rest();
     rest_.insert(rest_.end(), rest.begin(), rest.end());
-    surfaces_.emplace_back(body.surface_mesh(), body.point_count());
+    surfaces_.emplace_back(body.surface_mesh(), body.point_count(),
+                           search_.neighbourhoods(static_cast<int>(b)));
   }
   for (std::size_t b = scene.dynamic_bodies; b < scene.bodies.size(); ++b) {
     if (scene.bodies[b].moves) moving_obstacles_.push_back(static_cast<int>(b));
@@ -161,6 +160,25 @@ std::vector<SurfaceContact::PairGroup> SurfaceContact::groups_within(double samp
     }
   }
   return groups;
+}
+
+// Appends the neighbours at rest that may touch. They have no thickness.
+void SurfaceContact::append_neighbours(std::vector<PairGroup>& groups) const {
+  for (const CandidateList& list : search_.lists()) {
+    const auto limit = static_cast<float>(list.drift) * (1 + 1e-6F);
+    for (const auto* pairs : {&list.near_vertex_triangle, &list.near_edge_edge}) {
+      if (pairs->empty()) continue;
+      PairGroup group;
+      group.edges = pairs == &list.near_edge_edge;
+      group.body_a = group.body_b = group.surface = list.body_a;
+      const SurfaceFeatures features(scene_.bodies[list.body_a]);
+      for (const FeaturePair& pair : *pairs) {
+        if (pair.distance <= limit)
+          group.nodes.push_back(points_of(group.edges, features, features, pair));
+      }
+      if (!group.nodes.empty()) groups.push_back(std::move(group));
+    }
+  }
 }
 
 // Calls visit(pair) for each candidate that may be closer than thickness + reach.
@@ -437,7 +455,9 @@ std::optional<ContactFault> SurfaceContact::find_path_fault(const PlacedPoints& 
   }
   PhaseTimer timer(statistics_.phases.narrow_phase);
   begin_placing();
-  for (const PairGroup& group : groups_within(0.0, 0.0)) {
+  std::vector<PairGroup> groups = groups_within(0.0, 0.0);
+  append_neighbours(groups);
+  for (const PairGroup& group : groups) {
     place_nodes(group, start, end);
     const int count = static_cast<int>(group.nodes.size());
     statistics_.counters.narrow_phase_calls += count;
@@ -514,22 +534,17 @@ std::optional<ContactFault> SurfaceContact::check_state(std::span<const Vec3> po
     if (gap < *smallest_gap) *smallest_gap = gap;
     if (!(gap > 0) && !fault) fault = ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
   });
-  return fault;
-}
-
-std::optional<ContactFault> SurfaceContact::self_pair_in_reach(std::span<const Vec3> position) {
-  if (const auto bad = search_.update(position))
-    return ContactFault{ContactFault::Kind::not_finite, {*bad}};
-  std::optional<ContactFault> found;
-  visit_candidates(range_, [&](const Pair& pair) {
-    if (found) return;
-    const int body = scene_.body_index_of_point(pair.nodes[0]);
-    if (body != scene_.body_index_of_point(pair.nodes[3])) return;
-    const double gap =
-        std::sqrt(closest_of(pair.edges, pair.nodes, position).squared_distance) - pair.thickness;
-    if (gap < range_) found = ContactFault{ContactFault::Kind::in_reach, pair.nodes, gap};
-  });
-  return found;
+  if (fault) return fault;
+  std::vector<PairGroup> near;
+  append_neighbours(near);
+  for (const PairGroup& group : near) {
+    for (std::size_t i = 0; i < group.nodes.size(); ++i) {
+      const Pair pair = group.pair(i);
+      if (!(closest_of(pair.edges, pair.nodes, position).squared_distance > 0))
+        return ContactFault{ContactFault::Kind::touching, pair.nodes, 0};
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace weft::sim

@@ -20,7 +20,7 @@ namespace weft::sim {
 
 // The reason why a state or a step is rejected.
 struct ContactFault {
-  enum class Kind { not_finite, touching, crossing, curved, in_reach, overstretched };
+  enum class Kind { not_finite, touching, crossing, curved, overstretched };
   Kind kind = Kind::touching;
   // The surface points of the pair. In a fault of kind not_finite, only the first entry is used. It
   // is a point in results of SurfaceContact, and a particle in results of Contact. In a fault of
@@ -67,7 +67,9 @@ struct MollifierForce {
 // it. Its force comes from a signed sum over the features in range on one other surface, or on its
 // own surface beyond the triangles around it (bsi/detail/surface_terms.h). The sum counts a surface
 // once, so the force per area does not depend on the meshes. If both surfaces are dynamic, the
-// samples of each count half.
+// samples of each count half. Features of one body that are neighbours at rest are not in contact
+// (ContactSearch); only check_path(), check_crossing() and check_state() keep them apart, at any
+// distance above 0.
 //
 // Samples detect neither two edges that cross nor an obstacle's vertex that points into a triangle.
 // These pairs have a barrier of their own over the last quarter of the range. It is stiffer, so
@@ -121,12 +123,9 @@ class SurfaceContact {
   std::span<const OpenPair> open() const { return open_; }
   // Sets *smallest_gap to the smallest gap (m) of the candidates at `position`, or to infinity if
   // there are no candidates. The candidates include all pairs within the range. Returns a fault if
-  // a gap is not positive, or if a position is not finite.
+  // a gap is not positive, if two neighbours touch, or if a position is not finite.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
                                                         double* smallest_gap);
-  // Returns a fault if two features of one body are closer than thickness + range at `position`, or
-  // if a position is not finite.
-  [[nodiscard]] std::optional<ContactFault> self_pair_in_reach(std::span<const Vec3> position);
 
  private:
   struct Pair {
@@ -167,6 +166,7 @@ class SurfaceContact {
   void place_nodes(const PairGroup& group, const PlacedPoints& start, const PlacedPoints& end);
   std::optional<Vec3> obstacle_spin(const std::array<int, 4>& nodes) const;
   std::vector<PairGroup> groups_within(double sample_reach, double reach) const;
+  void append_neighbours(std::vector<PairGroup>& groups) const;
   void note_touch(const PairGroup& group, std::span<const Vec3> position);
   void measure_part(const PairGroup& group, std::size_t first, std::size_t last,
                     std::span<const Vec3> position, std::span<const Vec3> velocity,

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <random>
 
 #include "bsi/shapes.h"
@@ -25,12 +26,22 @@ struct MeshedSurface {
   Atlas atlas;
   std::vector<Vec3> x;
   Mesh mesh;
+  std::unique_ptr<const Neighbourhoods> neighbourhoods;
   SurfaceTerms terms;
-  MeshedSurface(Atlas atlas_, std::vector<Vec3> positions)
+  // With a radius (m), triangles within it of a vertex on `rest` are its neighbours.
+  MeshedSurface(Atlas atlas_, std::vector<Vec3> positions, const std::vector<Vec3>& rest = {},
+                double radius = 0)
       : atlas(std::move(atlas_)),
         x(std::move(positions)),
         mesh(build_mesh(atlas)),
-        terms(mesh, static_cast<int>(x.size())) {}
+        neighbourhoods(radius > 0 ? std::make_unique<const Neighbourhoods>(mesh, rest, radius)
+                                  : nullptr),
+        terms(mesh, static_cast<int>(x.size()), neighbourhoods.get()) {}
+  bool leaves_out(int triangle, int own) const {
+    const auto& [a, b, c] = mesh.triangles[triangle];
+    if (a == own || b == own || c == own) return true;
+    return own >= 0 && neighbourhoods != nullptr && neighbourhoods->contains(own, triangle);
+  }
   MeshedSurface(const MeshedSurface&) = delete;
   MeshedSurface& operator=(const MeshedSurface&) = delete;
 };
@@ -56,7 +67,7 @@ std::vector<int> triangles_within(const MeshedSurface& surface, const Vec3& poin
   std::vector<int> found;
   for (int t = 0; t < static_cast<int>(surface.mesh.triangles.size()); ++t) {
     const auto& [a, b, c] = surface.mesh.triangles[t];
-    if (a == own || b == own || c == own) continue;
+    if (surface.leaves_out(t, own)) continue;
     const double d2 =
         closest_vertex_triangle(point, surface.x[a], surface.x[b], surface.x[c]).squared_distance;
     if (d2 <= reach * reach) found.push_back(t);
@@ -87,10 +98,7 @@ double sum_by_feature(const MeshedSurface& surface, const Vec3& point, int own =
   };
   double sum = 0;
   std::vector<char> border(surface.x.size(), 0);
-  const auto holds = [&](int t) {
-    const auto& [a, b, c] = mesh.triangles[t];
-    return a == own || b == own || c == own;
-  };
+  const auto holds = [&](int t) { return surface.leaves_out(t, own); };
   for (int t = 0; t < static_cast<int>(mesh.triangles.size()); ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
     if (!holds(t)) sum += falling(distance(a, b, c));
@@ -137,6 +145,45 @@ TEST(SurfaceTerms, LeaveOutWhatIsAroundTheirOwnVertex) {
     in_reach += expected != 0;
   }
   EXPECT_GT(in_reach, 20);
+}
+
+TEST(SurfaceTerms, LeaveOutTheNeighbourhoodOfTheirOwnVertex) {
+  std::vector<Vec3> rest, crumpled;
+  for (int r = 0; r < 65; ++r) {
+    for (int c = 0; c < 65; ++c) {
+      const double u = c / 64.0, v = r / 64.0;
+      rest.emplace_back(u, v, 0);
+      crumpled.emplace_back(0.4 * u, v, 0.05 * std::sin(70 * u + 20 * v));
+    }
+  }
+  const MeshedSurface surface(Atlas({Patch{.rows = 65, .cols = 65}}), crumpled, rest, 0.045);
+  int in_reach = 0;
+  for (int own = 0; own < 65 * 65; own += 13) {
+    const double expected = sum_by_feature(surface, surface.x[own], own);
+    ASSERT_NEAR(sum_of_terms(surface, surface.x[own], own), expected,
+                1e-9 * std::abs(expected) + 1e-15);
+    in_reach += expected != 0;
+  }
+  EXPECT_GT(in_reach, 20);
+}
+
+// Layers of one folded sheet count once, however fine the mesh between the neighbourhoods is.
+TEST(SurfaceTerms, ALayerOfTheOwnSurfaceCountsOnce) {
+  for (const int size : {17, 65, 129}) {
+    std::vector<Vec3> rest, folded;
+    for (int r = 0; r < size; ++r) {
+      for (int c = 0; c < size; ++c) {
+        const double u = c / (size - 1.0), v = r / (size - 1.0);
+        rest.emplace_back(u, v, 0);
+        folded.emplace_back(u < 0.5 ? u : 1 - u, v + (u < 0.5 ? 0 : 0.003), u < 0.5 ? 0 : 0.02);
+      }
+    }
+    const MeshedSurface surface(Atlas({Patch{.rows = size, .cols = size}}), folded, rest, 0.05);
+    for (int r = size / 4; r < 3 * size / 4; r += 3) {
+      const int own = r * size + size / 4;  // at u = 1/4, below the layer of u = 3/4
+      EXPECT_NEAR(sum_of_terms(surface, surface.x[own], own), falling(0.02), 1e-9) << size;
+    }
+  }
 }
 
 TEST(SurfaceTerms, APlaneCountsOnceWhateverItsTriangles) {

@@ -14,7 +14,8 @@ constexpr double rounding = 1e-12;  // m
 constexpr int path_parts = 64;
 constexpr double least_share = 0.25;  // share of the start's distance that an accepted path keeps
 
-const std::vector<FeaturePair>& features_of(const CandidateList& list, int kind) {
+const std::vector<FeaturePair>& features_of(const CandidateList& list, int kind, bool neighbours) {
+  if (neighbours) return kind == 2 ? list.near_edge_edge : list.near_vertex_triangle;
   return kind == 0 ? list.vertex_triangle : kind == 1 ? list.triangle_vertex : list.edge_edge;
 }
 
@@ -60,10 +61,51 @@ ContactOracle::ContactOracle(const Scene& scene)
   for (std::size_t l = 0; l < searched_.size(); ++l) {
     const SceneBody& a = scene.bodies[searched_[l].body_a];
     const SceneBody& b = scene.bodies[searched_[l].body_b];
+    neighbourhood_.clear();
+    if (searched_[l].is_self()) find_neighbourhoods(a, neighbour_radius(a.thickness, range_));
     add_vertices(l, 0, a, b);
     if (!searched_[l].is_self()) add_vertices(l, 1, b, a);
     add_edges(l, a, b);
   }
+}
+
+// Finds, for each vertex, the triangles within the radius at rest that triangles of that kind
+// connect with the vertex: passes over all triangles, until a pass finds no more.
+void ContactOracle::find_neighbourhoods(const SceneBody& body, double radius) {
+  const auto& triangles = body.mesh.triangles;
+  const int vertices = body.particle_count();
+  bool beyond_rings = false;
+  neighbourhood_.assign(vertices, std::vector<char>(triangles.size(), 0));
+  for (int v = 0; v < vertices; ++v) {
+    std::vector<char> reached(vertices, 0);
+    reached[v] = 1;
+    for (bool grew = true; grew;) {
+      grew = false;
+      for (std::size_t t = 0; t < triangles.size(); ++t) {
+        const auto& [a, b, c] = triangles[t];
+        if (neighbourhood_[v][t] != 0 || reached[a] + reached[b] + reached[c] == 0) continue;
+        if (pair_distance(false, {body.rest[v], body.rest[a], body.rest[b], body.rest[c]}) >=
+            radius * (1 + 1e-9))
+          continue;
+        beyond_rings |= a != v && b != v && c != v;
+        neighbourhood_[v][t] = reached[a] = reached[b] = reached[c] = 1;
+        grew = true;
+      }
+    }
+  }
+  if (!beyond_rings) neighbourhood_.clear();
+}
+
+bool ContactOracle::are_neighbours(const SceneBody& body, const OraclePair& pair) const {
+  if (neighbourhood_.empty()) return false;
+  if (!pair.edges()) return neighbourhood_[pair.a][pair.b] != 0;
+  const auto holds = [&](int vertex, const bsi::Edge& edge) {
+    return std::ranges::all_of(edge.triangle,
+                               [&](int t) { return t < 0 || neighbourhood_[vertex][t] != 0; });
+  };
+  const bsi::Edge &one = body.mesh.edges[pair.a], &other = body.mesh.edges[pair.b];
+  return std::ranges::any_of(one.vertex, [&](int v) { return holds(v, other); }) ||
+         std::ranges::any_of(other.vertex, [&](int v) { return holds(v, one); });
 }
 
 void ContactOracle::add_vertices(std::size_t list, int kind, const SceneBody& vertices,
@@ -108,35 +150,42 @@ void ContactOracle::add(const OraclePair& pair) {
       std::any_of(nodes.begin(), nodes.end(), [&](int node) { return scene_.is_free(node); });
   if (shares || !free) return;
   pairs_.push_back(pair);
-  pairs_.back().thickness = searched_[pair.list].thickness;
+  OraclePair& added = pairs_.back();
+  added.neighbours = searched_[pair.list].is_self() &&
+                     are_neighbours(scene_.bodies[searched_[pair.list].body_a], pair);
+  added.thickness = added.neighbours ? 0 : searched_[pair.list].thickness;
 }
 
 std::vector<OraclePair> ContactOracle::in_reach(std::span<const Vec3> position) const {
   std::vector<OraclePair> found;
   for (const OraclePair& pair : pairs_)
-    if (pair.distance(position) < pair.thickness + range_) found.push_back(pair);
+    if (!pair.neighbours && pair.distance(position) < pair.thickness + range_)
+      found.push_back(pair);
   return found;
 }
 
 std::string ContactOracle::missing(std::span<const CandidateList> lists,
                                    std::span<const Vec3> position) const {
+  const auto in_order = [](const FeaturePair& p, const FeaturePair& q) { return !precedes(p, q); };
   for (const CandidateList& list : lists) {
     for (int kind = 0; kind < 3; ++kind) {
-      const auto& features = features_of(list, kind);
-      const auto in_order = [](const FeaturePair& p, const FeaturePair& q) {
-        return !precedes(p, q);
-      };
-      if (std::adjacent_find(features.begin(), features.end(), in_order) != features.end())
-        return "a list is not sorted, or holds a pair twice";
+      for (const bool neighbours : {false, true}) {
+        const auto& features = features_of(list, kind, neighbours);
+        if (std::adjacent_find(features.begin(), features.end(), in_order) != features.end())
+          return "a list is not sorted, or holds a pair twice";
+      }
     }
   }
-  for (const OraclePair& pair : in_reach(position)) {
+  std::vector<OraclePair> wanted_pairs = in_reach(position);
+  for (const OraclePair& pair : pairs_)
+    if (pair.neighbours && pair.distance(position) <= 0) wanted_pairs.push_back(pair);
+  for (const OraclePair& pair : wanted_pairs) {
     const CandidateList& bodies = searched_[pair.list];
     const auto list = std::ranges::find_if(lists, [&](const CandidateList& one) {
       return one.body_a == bodies.body_a && one.body_b == bodies.body_b;
     });
     if (list == lists.end()) return words_of(scene_, pair) + " are of bodies without a list";
-    const auto& features = features_of(*list, pair.kind);
+    const auto& features = features_of(*list, pair.kind, pair.neighbours);
     const FeaturePair wanted{pair.a, pair.b, 0};
     const auto found = std::lower_bound(features.begin(), features.end(), wanted, precedes);
     if (found == features.end() || precedes(wanted, *found))
@@ -149,8 +198,9 @@ std::string ContactOracle::missing(std::span<const CandidateList> lists,
 
 double ContactOracle::smallest_gap(std::span<const Vec3> position) const {
   double least = std::numeric_limits<double>::infinity();
-  for (const OraclePair& pair : pairs_)
-    least = std::min(least, pair.distance(position) - pair.thickness);
+  for (const OraclePair& pair : pairs_) {
+    if (!pair.neighbours) least = std::min(least, pair.distance(position) - pair.thickness);
+  }
   return least;
 }
 

@@ -19,7 +19,8 @@ struct OraclePair {
   int kind = 0;      // 0: vertex of body a, triangle of b; 1: vertex of b, triangle of a; 2: edges
   int a = 0, b = 0;  // the features, as in FeaturePair
   std::array<int, 4> nodes{};  // global particles
-  double thickness = 0;        // m
+  double thickness = 0;        // m; 0 for neighbours
+  bool neighbours = false;     // at rest, and therefore never in contact
 
   bool edges() const { return kind == 2; }
   double distance(std::span<const Vec3> position) const;
@@ -40,12 +41,12 @@ class ContactOracle {
   // All pairs without a common vertex, with at least one free particle, of bodies that may touch.
   const std::vector<OraclePair>& pairs() const { return pairs_; }
 
-  // The pairs closer than thickness + range at `position`.
+  // The pairs that can be in contact and are closer than thickness + range at `position`.
   std::vector<OraclePair> in_reach(std::span<const Vec3> position) const;
   // Returns, in words, the first pair in reach at `position` that `lists` lack, or whose bound in
   // them exceeds its distance, or a list that is not sorted. Empty if the lists are complete.
   std::string missing(std::span<const CandidateList> lists, std::span<const Vec3> position) const;
-  // The smallest distance minus thickness, m.
+  // The smallest distance minus thickness of pairs that can be in contact, m.
   double smallest_gap(std::span<const Vec3> position) const;
 
   // Returns the answer that the path check must give. `refused`: a pair ends without a gap, or is
@@ -62,11 +63,15 @@ class ContactOracle {
                     const SceneBody& triangles);
   void add_edges(std::size_t list, const SceneBody& first, const SceneBody& second);
   void add(const OraclePair& pair);
+  void find_neighbourhoods(const SceneBody& body, double radius);
+  bool are_neighbours(const SceneBody& body, const OraclePair& pair) const;
 
   const Scene& scene_;
   double range_;
   std::vector<CandidateList> searched_;
   std::vector<OraclePair> pairs_;
+  // By vertex of the body whose pairs are being listed, then by triangle: 1 for neighbours.
+  std::vector<std::vector<char>> neighbourhood_;
 };
 
 }  // namespace weft::sim

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <random>
+#include <set>
 
 #include "bsi/proximity.h"
 #include "materials/contact.h"
@@ -32,6 +33,19 @@ search_slack = 0.02
 name = "sheet"
 thickness = 0.004
 shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
+)";
+
+// A sheet whose edges are shorter than thickness + range: most triangles in reach are neighbours.
+const std::string fine_sheet = R"(
+[time]
+duration = 1
+[contact]
+range = 0.03
+search_slack = 0.02
+[[body]]
+name = "sheet"
+thickness = 0.004
+shape = { type = "rectangle", size = [0.25, 0.25], resolution = [11, 11] }
 )";
 
 // Two strips in line; the gap between their bounding spheres is that of the strips within 2 mm.
@@ -263,6 +277,18 @@ Answers answers_to_paths(const Scene& scene, const std::function<Positions(unsig
   return answers;
 }
 
+// Rolls the sheet up about y by this angle, and lays its ends over each other if the angle exceeds
+// a turn: the radius grows by `rise` from one end to the other.
+Positions rolled(const Scene& scene, double angle, double rise) {
+  Positions positions = scene.initial_position;
+  for (Vec3& x : positions) {
+    const double part = x.x() / 0.25 + 0.5, turned = angle * part;
+    const double radius = 0.25 / angle + rise * (part - 0.5);
+    x = Vec3(radius * std::sin(turned), x.y(), -radius * std::cos(turned));
+  }
+  return positions;
+}
+
 // Moves particles at random, by almost nothing up to more than the width of a pleat.
 Positions shaken(const Positions& start, unsigned seed) {
   return shifted(start, 2e-4 * std::pow(1.25, seed), 50 + seed);
@@ -280,6 +306,27 @@ TEST(ContactOracle, PathsOfACrumpledSheetAreAnsweredRightly) {
   const auto scene = scene_of(one_sheet);
   const Answers answers = answers_to_paths(
       *scene, [&](unsigned seed) { return crumpled(*scene, seed); }, shaken);
+  EXPECT_GT(answers.refused, 3);
+  EXPECT_GT(answers.accepted, 3);
+}
+
+TEST(ContactOracle, ListsOfAFineSheetAreComplete) {
+  Searched rolling(fine_sheet);
+  const auto is_near = [](const OraclePair& pair) { return pair.neighbours; };
+  ASSERT_GT(std::ranges::count_if(rolling.oracle.pairs(), is_near), 1000);
+  rolling.follow(12, [&](int k) {
+    return shifted(rolled(*rolling.scene, 6.6 + 0.1 * k, 0.05 - 0.002 * k), 0.001, 3 + k);
+  });
+}
+
+// Neighbours come as close as they like, but do not pass through each other.
+TEST(ContactOracle, PathsOfAFineSheetAreAnsweredRightly) {
+  const auto scene = scene_of(fine_sheet);
+  const Answers answers = answers_to_paths(
+      *scene, [&](unsigned seed) { return shifted(rolled(*scene, 7.2, 0.045), 0.001, seed); },
+      [](const Positions& start, unsigned seed) {
+        return shifted(start, 5e-4 * std::pow(1.25, seed), 50 + seed);
+      });
   EXPECT_GT(answers.refused, 3);
   EXPECT_GT(answers.accepted, 3);
 }
@@ -316,7 +363,15 @@ TEST(ContactOracle, PathsThatEndWithoutAGapAreRefused) {
 // lists, pyramids or cancelled terms.
 class EnergyByFeature {
  public:
-  explicit EnergyByFeature(const Scene& scene) : scene_(scene) {}
+  explicit EnergyByFeature(const Scene& scene) : scene_(scene) {
+    const auto lists = searched_pairs(scene);
+    const ContactOracle oracle(scene);
+    for (const OraclePair& pair : oracle.pairs()) {
+      if (!pair.neighbours) continue;
+      auto& found = pair.edges() ? near_edges_ : near_triangles_;
+      found.insert({lists[pair.list].body_a, pair.a, pair.b});
+    }
+  }
 
   double energy(const Positions& x) const {
     double sum = 0;
@@ -347,16 +402,18 @@ class EnergyByFeature {
     double sum = 0;
     for (int v = 0; v < from.particle_count(); ++v) {
       sum += (scene_.bodies[against].dynamic ? 0.5 : 1) * stiffness() * area(from, v) *
-             surface(scene_.bodies[against], x[from.first_particle + v], of == against ? v : -1, x);
+             surface(against, x[from.first_particle + v], of == against ? v : -1, x);
     }
     return sum;
   }
 
-  double surface(const SceneBody& body, const Vec3& point, int own, const Positions& x) const {
+  double surface(int number, const Vec3& point, int own, const Positions& x) const {
+    const SceneBody& body = scene_.bodies[number];
     const Vec3* at = x.data() + body.first_particle;
     const auto holds = [&](int t) {
       const auto& corners = body.mesh.triangles[t];
-      return std::find(corners.begin(), corners.end(), own) != corners.end();
+      return std::find(corners.begin(), corners.end(), own) != corners.end() ||
+             (own >= 0 && near_triangles_.contains({number, own, t}));
     };
     std::vector<char> is_inner(body.particle_count(), 1);
     double sum = 0;
@@ -402,6 +459,8 @@ class EnergyByFeature {
         const auto [a, b] = one.mesh.edges[e].vertex;
         const auto [c, d] = two.mesh.edges[f].vertex;
         if (first == second && (a == c || a == d || b == c || b == d)) continue;
+        const std::array<int, 3> pair{first, static_cast<int>(e), static_cast<int>(f)};
+        if (first == second && near_edges_.contains(pair)) continue;
         const double mean_one = (area(one, a) + area(one, b)) / 2;
         const double mean =
             two.dynamic ? (mean_one + (area(two, c) + area(two, d)) / 2) / 2 : mean_one;
@@ -422,6 +481,8 @@ class EnergyByFeature {
   }
 
   const Scene& scene_;
+  // Body, vertex and triangle, or body and two edges, of neighbours at rest.
+  std::set<std::array<int, 3>> near_triangles_, near_edges_;
 };
 
 // Checks the energy and, as its slope, the forces on every 13th particle.
@@ -455,6 +516,8 @@ TEST(ContactOracle, ForcesAreThoseOfTheEnergyByFeature) {
   const auto scene = scene_of(one_sheet);
   expect_forces_by_feature(*scene, shifted(folded(*scene, 0.02), 0.002, 1));
   expect_forces_by_feature(*scene, crumpled(*scene, 3));
+  const auto fine = scene_of(fine_sheet);
+  expect_forces_by_feature(*fine, shifted(rolled(*fine, 7.2, 0.045), 0.001, 4));
   const auto bodies = scene_of(one_sheet + R"(
 [[body]]
 name = "upper"
