@@ -154,6 +154,14 @@ struct SkippingOptions {
 std::vector<std::string> skipping_pair_names();
 int run_skipping(const SkippingOptions& options);
 
+// Rigid particles that pour onto a torus on a floor. Fails if any overlap or lie inside.
+struct ParticlesOptions {
+  std::vector<int> counts{1'000, 10'000};
+  double seconds = 2;
+  bool json = false;
+};
+int run_particles(const ParticlesOptions& options);
+
 // Cost of planning, listing and looking at a sweep, whose runs take no time. Returns 1 if a result
 // is lost.
 struct SweepsOptions {

@@ -31,6 +31,7 @@ struct Arguments {
   SkippingOptions skipping;
   ShellsOptions shells;
   SweepsOptions sweeps;
+  ParticlesOptions particles;
 };
 
 CLI::Option* add_numbers(CLI::App& sub, const char* name, std::vector<int>& numbers, int least,
@@ -277,6 +278,15 @@ void add_sweeps(CLI::App& sub, Arguments& arguments) {
   sub.add_flag("--json", arguments.sweeps.json, "Print JSON instead of a table");
 }
 
+void add_particles(CLI::App& sub, Arguments& arguments) {
+  ParticlesOptions& options = arguments.particles;
+  add_numbers(sub, "--counts", options.counts, 1, 10'000'000, "Numbers of particles");
+  sub.add_option("--seconds", options.seconds, "Time to simulate, s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  sub.add_flag("--json", options.json, "Print one JSON object instead of a table");
+}
+
 #ifdef WEFT_BENCH_GPU
 void add_gpu(CLI::App& sub, Arguments& arguments) {
   GpuOptions& options = arguments.gpu;
@@ -348,6 +358,8 @@ constexpr std::array experiments{
                [](const Arguments& a) { return run_shells(a.shells); }},
     Experiment{"skipping", "Cost of features that a scene does not need", add_skipping,
                [](const Arguments& a) { return run_skipping(a.skipping); }},
+    Experiment{"particles", "Rigid particles that pour onto a torus, by their number",
+               add_particles, [](const Arguments& a) { return run_particles(a.particles); }},
     Experiment{"sweeps", "Cost of planning, listing and looking at many runs", add_sweeps,
                [](const Arguments& a) { return run_sweeps(a.sweeps); }},
 };

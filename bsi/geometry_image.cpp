@@ -80,6 +80,17 @@ Atlas::Atlas(std::vector<Patch> patches, std::vector<int> texel_to_particle)
   particle_count_ = check_particles(texel_to_particle_);
 }
 
+Atlas Atlas::of_points(int count) {
+  if (count <= 0 || count > std::numeric_limits<int>::max() / 6)
+    throw std::invalid_argument("an atlas cannot have " + std::to_string(count) + " points");
+  Atlas atlas;
+  atlas.patches_ = {Patch{.rows = 1, .cols = count}};
+  atlas.first_texel_ = {0, count};
+  atlas.first_quad_ = {0, 0};
+  atlas.particle_count_ = count;
+  return atlas;
+}
+
 std::array<int, 4> Atlas::quad_particles(int quad) const {
   const auto [patch, row, col] = quad_address(quad);
   return {particle(patch, row, col), particle(patch, row, col + 1), particle(patch, row + 1, col),

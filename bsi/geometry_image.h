@@ -45,6 +45,10 @@ class Atlas {
   // wrapped axis 3. Throws std::invalid_argument, with the reason, if a rule is broken, if there is
   // no patch, or if there are more than INT_MAX / 6 texels.
   explicit Atlas(std::vector<Patch> patches, std::vector<int> texel_to_particle = {});
+  // Returns an atlas of separate points: one row of `count` texels, without quads. Throws
+  // std::invalid_argument if `count` is not positive or exceeds INT_MAX / 6.
+  static Atlas of_points(int count);
+  bool is_of_points() const { return patches_.size() == 1 && patches_.front().rows == 1; }
 
   const std::vector<Patch>& patches() const { return patches_; }
   int texel_count() const { return first_texel_.back(); }

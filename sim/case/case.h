@@ -42,7 +42,7 @@ struct LocatedText {
 };
 
 // The time integration methods. time_methods.cpp lists their properties.
-enum class TimeMethod { cvode, arkode, euler, static_loads, implicit_midpoint, verlet };
+enum class TimeMethod { cvode, arkode, euler, static_loads, implicit_midpoint, verlet, impulses };
 enum class PreconditionerChoice { automatic, block_jacobi, multigrid };
 
 struct TimeCase {
@@ -88,6 +88,14 @@ struct WorldCase {
   Varying<double> air_density = 1.2;          // kg/m^3
 };
 
+// Numbers of contact between two named partners ([[contact.pair]]).
+struct ContactPairCase {
+  std::vector<std::string> between;   // two names of particles and obstacles; they may be equal
+  std::optional<double> restitution;  // default: that of the particles
+  std::optional<double> friction;     // default: that of the particles
+  SourceLocation location;
+};
+
 struct ContactCase {
   bool enabled = true;
   double range = 2e-3;                 // d-hat (m): gap below which the barrier acts
@@ -97,6 +105,7 @@ struct ContactCase {
   double friction_speed = 1e-2;        // m/s; sliding speed from which friction has its full force
   std::optional<double> search_slack;  // m; default: a quarter of the mean edge
   bsi::Bound bound = bsi::Bound::box;  // bounding volumes above the leaves of the search hierarchy
+  std::vector<ContactPairCase> pair;   // [[contact.pair]]
 };
 
 enum class MaterialModel { cloth, shell };
@@ -302,6 +311,37 @@ struct ObstacleCase {
   SourceLocation location;
 };
 
+enum class PositionsType { grid, random, file };
+
+// The places at which particles start ([particles.positions]).
+struct PositionsCase {
+  PositionsType type = PositionsType::grid;
+  std::vector<int> count;         // grid: particles along x, y and z
+  std::optional<double> spacing;  // m; grid: distance of neighbours; default: 2.2 radii
+  Vec3 centre{0, 0, 0};           // m; grid: its centre
+  double jitter = 0;              // m; grid: largest random displacement along each axis
+  int number = 0;                 // random: particles
+  Vec3 region_min{0, 0, 0}, region_max{0, 0, 0};  // m; random: box that holds the centres
+  int seed = 1;                                   // of random places and of jitter
+  std::string path, dataset;                      // file: HDF5 file, and its dataset [n, 3] (m)
+  SourceLocation location;
+};
+
+// A group of spheres that move as rigid bodies ([[particles]]).
+struct ParticlesCase {
+  std::string name;
+  PositionsCase positions;
+  double radius = 0;                   // m, > 0
+  double density = 1000;               // kg/m^3, > 0
+  Vec3 velocity{0, 0, 0};              // m/s, at the start
+  Vec3 angular_velocity_deg{0, 0, 0};  // degrees/s, of each particle about its centre
+  bool spin = true;                    // whether friction turns the particles
+  double restitution = 0.5;            // rebound speed over impact speed, 0 to 1
+  std::optional<double> friction;      // Coulomb coefficient; default: contact.friction
+  double drag_coefficient = 0;         // of air resistance, on the area of the cross-section
+  SourceLocation location;
+};
+
 enum class LoadType { point, line, area, pressure, moment };
 
 // A load: forces or moments that act on a body from outside.
@@ -421,6 +461,7 @@ struct Case {
   std::vector<MaterialCase> material;     // [material.NAME]
   std::vector<BodyCase> body;             // [[body]]
   std::vector<ObstacleCase> obstacle;     // [[obstacle]]
+  std::vector<ParticlesCase> particles;   // [[particles]]
   std::vector<TieCase> tie;               // [[tie]]
   std::vector<LoadCase> load;             // [[load]]
   std::vector<SeamCase> seam;             // [[seam]]

@@ -13,6 +13,7 @@
 #include "sim/case/cloth_checks.h"
 #include "sim/case/fabric_checks.h"
 #include "sim/case/memory_estimate.h"
+#include "sim/case/particles_checks.h"
 #include "sim/case/static_checks.h"
 #include "sim/case/support_checks.h"
 #include "sim/case/time_methods.h"
@@ -42,6 +43,7 @@ class CaseChecker {
     orders();
     tolerances();
     names();
+    check_particles(case_, locations_);
     materials();
     check_fabrics(case_, locations_);
     check_static(case_, locations_);
@@ -157,8 +159,8 @@ class CaseChecker {
     }
   }
 
-  // Refuses a name that two bodies or two obstacles share, or a body and an obstacle, because the
-  // trajectory stores obstacles as bodies.
+  // Refuses a name that two bodies, obstacles or groups of particles share, because the trajectory
+  // stores obstacles as bodies, and messages name all three alike.
   void names() const {
     std::map<std::string, std::string> owners;  // name -> path
     const auto claim = [&](const std::string& name, const std::string& path) {
@@ -167,7 +169,7 @@ class CaseChecker {
       const SourceLocation first = locations_.value(join_path(owner->second, "name"));
       const bool elsewhere = first.file != locations_.value(join_path(path, "name")).file;
       fail(join_path(path, "name"), "a second " + in_quotes(name),
-           "expected a name that no other body or obstacle has; the first is in " +
+           "expected a name that no other body, obstacle or particles have; the first is in " +
                heading(owner->second) + (elsewhere ? ", " + place_text(first) : ""));
     };
     for (std::size_t i = 0; i < case_.body.size(); ++i) {
@@ -175,6 +177,9 @@ class CaseChecker {
     }
     for (std::size_t i = 0; i < case_.obstacle.size(); ++i) {
       claim(case_.obstacle[i].name, join_path("obstacle", i));
+    }
+    for (std::size_t i = 0; i < case_.particles.size(); ++i) {
+      claim(case_.particles[i].name, join_path("particles", i));
     }
   }
 
@@ -184,6 +189,9 @@ class CaseChecker {
     const std::string reason = reason_of_memory(case_, size);
     if (reason.empty()) return;
     const std::size_t shape = largest_shape(case_, size);
+    const std::size_t surfaces = size.body.size() + size.obstacle.size();
+    if (shape >= surfaces)
+      fail(join_path(join_path("particles", shape - surfaces), "positions"), reason, memory_hint);
     const std::string owner = shape < size.body.size()
                                   ? join_path("body", shape)
                                   : join_path("obstacle", shape - size.body.size());

@@ -18,6 +18,7 @@ class OutputChecker {
       : case_(target), output_(target.output), locations_(locations) {
     for (const BodyCase& body : case_.body) names_.push_back(body.name);
     for (const ObstacleCase& obstacle : case_.obstacle) names_.push_back(obstacle.name);
+    for (const ParticlesCase& particles : case_.particles) names_.push_back(particles.name);
   }
 
   void check() const {
@@ -84,6 +85,11 @@ class OutputChecker {
       const std::string path = join_path("output.part", i);
       const std::string place = join_path(path, "body");
       require_known(part.body, place);
+      if (std::ranges::find(case_.particles, part.body, &ParticlesCase::name) !=
+          case_.particles.end()) {
+        fail(place, "a part of particles " + in_quotes(part.body),
+             "expected a body or an obstacle, whose images have rows and columns");
+      }
       const std::vector<std::string>& recorded = output_.bodies;
       if (!recorded.empty() && std::ranges::find(recorded, part.body) == recorded.end()) {
         fail(place, in_quotes(part.body) + " is not recorded",

@@ -29,7 +29,8 @@ Table describe(TimeCase& target) {
             "step. arkode: Runge-Kutta of variable step, implicit or explicit as the motion "
             "demands. euler: backward Euler. static: one equilibrium per frame, under gravity that "
             "grows from zero and motions that proceed. implicit_midpoint: fixed steps, for "
-            "comparison. verlet: explicit steps, for motion without damping or contact."),
+            "comparison. verlet: explicit steps, for motion without damping or contact. impulses: "
+            "rigid particles that collide by impulses."),
       field("duration", &duration, "s", positive, "Time to simulate."),
       field("frames_per_second", &frames, "1/s", positive, "Frames recorded per second."),
       field("accuracy", &accuracy, "m", positive,
@@ -54,9 +55,11 @@ Table describe(TimeCase& target) {
       field("step", &step, "s", positive,
             "Length of fixed steps: longer than minimum_step, at most the duration. "
             "implicit_midpoint needs one. Without one, verlet takes a share of the longest stable "
-            "step at the time; the share grows as the square root of relative_tolerance.")
-          .with_default("chosen by the tolerances")
-          .only_for("method", {"euler", "implicit_midpoint", "verlet"})
+            "step at the time; the share grows as the square root of relative_tolerance. Without "
+            "one, impulses takes a tenth of the time in which a particle falls by half its radius. "
+            "It cuts steps in which a particle would move by more than 3/4 of the smallest radius.")
+          .with_default("chosen by the method")
+          .only_for("method", {"euler", "implicit_midpoint", "verlet", "impulses"})
           .not_with("accuracy"),
       field("newton", &newton, "", at_least(0),
             "Newton iterations per step. 1: linearly implicit steps. 0: iterations until they "
@@ -97,8 +100,8 @@ Table describe(WorldCase& target) {
 }
 
 Table describe(ContactCase& target) {
-  auto& [enabled, range, stiffness, damping_time, friction, friction_speed, search_slack, bound] =
-      target;
+  auto& [enabled, range, stiffness, damping_time, friction, friction_speed, search_slack, bound,
+         pair] = target;
   return {{
       field("enabled", &enabled,
             "Enables contact of bodies with each other, themselves and obstacles."),
@@ -120,6 +123,7 @@ Table describe(ContactCase& target) {
                             {bsi::Bound::sphere_then_box, "sphere_then_box"}}),
             "Bounding volumes that the search compares above the leaves of the hierarchy. The "
             "result does not depend on it."),
+      field("pair", tables(&pair), "Restitution and friction between two named partners."),
   }};
 }
 
@@ -139,7 +143,7 @@ Table describe(OutputCase& target) {
             "Times of the frames, increasing, in place of those by time.frames_per_second. Neither "
             "the start nor the end has a frame unless it is listed.")
           .with_default("by time.frames_per_second"),
-      field("bodies", &bodies, "Names of the bodies and obstacles that are recorded.")
+      field("bodies", &bodies, "Names of the bodies, obstacles and particles that are recorded.")
           .with_default("all"),
       field("part", tables(&part), "Bodies of which only a part of the images is recorded."),
       field("precision",
@@ -459,7 +463,7 @@ Table describe(BodyCase& target) {
   auto& [name, shape, material, start, stretch, position, rotation, velocity, angular_velocity,
          thickness, warp_angle, control_net, self_contact, pin, location] = target;
   Table result{{
-      field("name", &name, "Name, unique among bodies and obstacles.")
+      field("name", &name, "Name, unique among bodies, obstacles and particles.")
           .needed()
           .named_with_letters(),
       field("shape", table(&shape),
@@ -501,7 +505,7 @@ Table describe(BodyCase& target) {
 Table describe(ObstacleCase& target) {
   auto& [name, shape, position, rotation, thickness, motion, location] = target;
   Table result{{
-      field("name", &name, "Name, unique among bodies and obstacles.")
+      field("name", &name, "Name, unique among bodies, obstacles and particles.")
           .needed()
           .named_with_letters(),
       field("shape", table(&shape), "Shape of the obstacle.").needed(),
@@ -518,8 +522,8 @@ Table describe(ObstacleCase& target) {
 
 Table describe(Case& target) {
   auto& [title, time, equilibria, world, contact, output, compute, restart, include, material, body,
-         obstacle, tie, load, seam, outputs, path, resolved, method_given, method_location,
-         accuracy_location, choice] = target;
+         obstacle, particles, tie, load, seam, outputs, path, resolved, method_given,
+         method_location, accuracy_location, choice] = target;
   return {{
       field("title", &title, "Short description of the case."),
       field("time", table(&time), "Integration in time: duration, frames, method and tolerances."),
@@ -540,9 +544,12 @@ Table describe(Case& target) {
             "docs/guide.md says how they join."),
       field("material", tables(&material, true),
             "Materials of bodies. A case without any has one of defaults, named \"default\"."),
-      field("body", tables(&body), "Bodies that are simulated; at least one.").needed(),
+      field("body", tables(&body),
+            "Surfaces that are simulated; a case has at least one [[body]] or [[particles]]."),
       field("obstacle", tables(&obstacle),
             "Surfaces that stay at rest or follow a prescribed motion."),
+      field("particles", tables(&particles),
+            "Groups of spheres that move as rigid bodies, with time.method = \"impulses\"."),
       field("tie", tables(&tie),
             "Springs between vertices of a body and another body or an obstacle."),
       field("load", tables(&load), "Forces that act on bodies from outside."),

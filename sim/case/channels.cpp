@@ -99,6 +99,10 @@ std::vector<const Channel*> recorded_channels(const OutputCase& output) {
 
 std::string reason_against(const Channel& channel, const Case& source, std::string& hint) {
   const std::string name = "the channel " + in_quotes(channel.name);
+  if (source.time.method == TimeMethod::impulses && channel.id != ChannelId::velocity) {
+    hint = "expected channels among \"velocity\"";
+    return name + " is not recorded with time.method = \"impulses\"";
+  }
   const BodyCase* shell =
       first_body(source, [](const MaterialCase& material) { return material.is_shell(); });
   if (shell != nullptr && is_of_triangles(channel.id)) {

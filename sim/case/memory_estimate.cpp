@@ -31,6 +31,7 @@ constexpr double force_parts = 100;        // forces by origin, for channels abo
 constexpr double channel_values = 80;      // values of one channel, including the written frame
 constexpr double obstacle_geometry = 300;
 constexpr double obstacle_contact = 900;
+constexpr double rigid_particle = 2500;  // state, candidate pairs and contacts
 
 bool bends(const Case& source, const BodyCase& body) {
   return std::ranges::any_of(source.material, [&](const MaterialCase& material) {
@@ -72,6 +73,7 @@ std::vector<double> memory_by_shape(const Case& source, const SceneSize& size) {
   for (const double vertices : size.obstacle) {
     bytes.push_back(vertices * bytes_per_obstacle_vertex(source));
   }
+  for (const double number : size.particles) bytes.push_back(number * rigid_particle);
   return bytes;
 }
 
@@ -84,6 +86,15 @@ SceneSize size_of_case(const Case& source) {
   }
   for (const ObstacleCase& obstacle : source.obstacle) {
     size.obstacle.push_back(vertices_of(obstacle.shape).value_or(0));
+  }
+  for (const ParticlesCase& particles : source.particles) {
+    const PositionsCase& places = particles.positions;
+    double number = places.number;
+    if (places.type == PositionsType::grid) {
+      number = 1;
+      for (const int along : places.count) number *= along;
+    }
+    size.particles.push_back(number);
   }
   return size;
 }

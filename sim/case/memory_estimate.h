@@ -9,13 +9,14 @@
 
 namespace weft::sim {
 
-// The number of vertices of each body and obstacle, in the order of the case. The numbers are
-// doubles because a resolution may ask for more vertices than an integer can hold.
+// The number of vertices of each body and obstacle, and the number of each group of particles, in
+// the order of the case. The numbers are doubles because a resolution may ask for more vertices
+// than an integer can hold.
 struct SceneSize {
-  std::vector<double> body, obstacle;
+  std::vector<double> body, obstacle, particles;
 };
 
-// Returns the number of vertices of every body and obstacle, or 0 if its shape comes from a file.
+// Returns the size of every body, obstacle and group of particles, or 0 if it comes from a file.
 // Precondition: check_shape() accepts the shapes.
 SceneSize size_of_case(const Case& source);
 
@@ -26,7 +27,8 @@ SceneSize size_of_case(const Case& source);
 // --estimate-error are left out.
 double estimate_memory(const Case& source, const SceneSize& size);
 
-// Returns the index of the shape that needs the most memory. Bodies come first, then obstacles.
+// Returns the index of the shape that needs the most memory. Bodies come first, then obstacles,
+// then particles.
 std::size_t largest_shape(const Case& source, const SceneSize& size);
 
 // Returns compute.memory_limit or, if the case does not give it, default_memory_limit() (bytes).

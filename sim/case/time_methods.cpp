@@ -19,6 +19,8 @@ constexpr std::array methods{
     TimeMethodTraits{TimeMethod::implicit_midpoint, "implicit_midpoint", "implicit midpoint", 2,
                      Steps::fixed, false, false},
     TimeMethodTraits{TimeMethod::verlet, "verlet", "Verlet", 2, Steps::either, true, false},
+    TimeMethodTraits{TimeMethod::impulses, "impulses", "impulses between rigid particles", 2,
+                     Steps::either, true, false},
 };
 
 static_assert(is_in_order_of_methods(methods));

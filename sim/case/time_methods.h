@@ -34,7 +34,7 @@ constexpr bool is_in_order_of_methods(const auto& table) {
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (table[i].method != static_cast<TimeMethod>(i)) return false;
   }
-  return table.size() == static_cast<std::size_t>(TimeMethod::verlet) + 1;
+  return table.size() == static_cast<std::size_t>(TimeMethod::impulses) + 1;
 }
 
 // Returns the properties of all methods, in the order of TimeMethod.

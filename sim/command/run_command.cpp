@@ -132,7 +132,11 @@ int with_scene(const RunCommand& command, const auto& prepare, const auto& use) 
 
 // Throws CaseError if the method finds equilibria, because an equilibrium has no error of time
 // steps that --estimate-error could measure.
-void refuse_static(const Case& source) {
+void refuse_no_estimate(const Case& source) {
+  if (source.time.method == TimeMethod::impulses) {
+    throw CaseError({"--estimate-error"}, "time.method = \"impulses\" has no error estimate",
+                    "expected another time.method, or no --estimate-error");
+  }
   if (!traits_of(source.time.method).finds_equilibria()) return;
   throw CaseError({"--estimate-error"}, "time.method = \"static\" has no error of time steps",
                   "expected another time.method, or no --estimate-error");
@@ -224,7 +228,7 @@ int run_case(const RunCommand& command) {
   Resumption found;
   RunOptions options;
   const auto prepare = [&](Case& source) {
-    if (command.estimate_error) refuse_static(source);
+    if (command.estimate_error) refuse_no_estimate(source);
     options.case_text = motion_text(source);
     found = find_start(command, trajectory, source);
     catch_stop_signals();

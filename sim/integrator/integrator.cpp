@@ -26,6 +26,7 @@ constexpr std::array makers{
     MethodMaker{TimeMethod::static_loads, make_static_integrator},
     MethodMaker{TimeMethod::implicit_midpoint, make_midpoint_integrator},
     MethodMaker{TimeMethod::verlet, make_verlet_integrator},
+    MethodMaker{TimeMethod::impulses, make_impulse_integrator},
 };
 static_assert(is_in_order_of_methods(makers));
 

@@ -22,6 +22,13 @@ struct PathPoint {
   int negative_directions = 0;
 };
 
+// Contact of methods that find their contacts themselves, in the last step.
+struct OwnContact {
+  std::int64_t pairs = 0;              // contacts in reach
+  std::optional<double> smallest_gap;  // m; empty without contacts
+  double spin_energy = 0;              // J, kinetic energy of the spins of spheres
+};
+
 // Integrates from t = 0 and the scene's initial state. With contact on, every step is checked along
 // its path. A step that might let surfaces touch or cross is not accepted.
 class Integrator {
@@ -61,6 +68,8 @@ class Integrator {
   // True if the run has reached an end that the case sets before time.duration, such as the largest
   // load factor of a path.
   virtual bool has_ended() const { return false; }
+  // Returns the contact of the last step, or null for methods whose contact Dynamics evaluates.
+  virtual const OwnContact* own_contact() const { return nullptr; }
   // Returns the point at time() on the path of equilibria. Returns nothing for methods that do not
   // factorise the tangent stiffness.
   virtual std::optional<PathPoint> path_point() const { return std::nullopt; }

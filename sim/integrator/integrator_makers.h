@@ -42,4 +42,10 @@ std::unique_ptr<Integrator> make_midpoint_integrator(const Scene& scene, Dynamic
 // they adapt to it as the body deforms.
 std::unique_ptr<Integrator> make_verlet_integrator(const Scene& scene, Dynamics& dynamics);
 
+// Rigid spheres that collide with each other and with obstacles by impulses, of order 2 between
+// impacts (sim/particles/impulse_solver.h). Steps are cut such that no sphere moves by more than
+// 3/4 of the smallest radius. No accepted state has an overlap. SUNDIALS takes no part: there is no
+// system of equations to solve but the projected one of the impulses.
+std::unique_ptr<Integrator> make_impulse_integrator(const Scene& scene, Dynamics& dynamics);
+
 }  // namespace weft::sim

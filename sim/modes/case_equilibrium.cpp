@@ -48,6 +48,10 @@ bool changes(const Case& source) {
 
 // Returns the case with the options of a search for its equilibrium at time.duration.
 Case equilibrium_case(Case source, const EquilibriumOptions& options) {
+  if (!source.particles.empty()) {
+    throw CaseError(source.particles.front().location, "particles have no part in modes",
+                    "expected a case of bodies");
+  }
   refuse_timed_pins(source);
   for (TieCase& tie : source.tie) tie.break_force.reset();
   const bool finds_equilibria = traits_of(source.time.method).finds_equilibria();

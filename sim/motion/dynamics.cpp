@@ -691,7 +691,8 @@ Dynamics::LargestStretch Dynamics::find_largest_stretch(std::span<const Vec3> po
       }
     }
   }
-  return {std::sqrt(std::max(0.0, largest)) - 1, particle};
+  if (largest < 0) return {0, particle};  // only spheres, which have no edges
+  return {std::sqrt(largest) - 1, particle};
 }
 
 }  // namespace weft::sim

@@ -20,6 +20,8 @@ constexpr double energy_share = 0.05;
 // three never becomes motion.
 bool can_be_watched(const Dynamics& dynamics) {
   const Scene& scene = dynamics.scene();
+  // Impulses never add energy to spheres, and obstacles that move do work that is not evaluated.
+  if (scene.source.time.method == TimeMethod::impulses) return false;
   if (!traits_of(scene.source.time.method).finds_equilibria()) return true;
   if (scene.source.equilibria.loading != Loading::proportional || dynamics.has_loads())
     return false;

@@ -9,6 +9,7 @@
 #include "sim/case/case_text.h"
 #include "sim/contact/contact.h"
 #include "sim/forces/force_arrays.h"
+#include "sim/particles/sphere_starts.h"
 #include "sim/view/crossings.h"
 
 namespace weft::sim {
@@ -117,6 +118,7 @@ void refuse_strain(const Scene& scene) {
 
 void check_initial_state(const Scene& scene) {
   refuse_strain(scene);
+  if (scene.spheres_collide) refuse_overlapping_spheres(scene);
   if (!scene.source.contact.enabled) return;
   refuse_crossings(scene);
   refuse_missing_gaps(scene);

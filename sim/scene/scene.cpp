@@ -16,6 +16,7 @@
 #include "sim/scene/shape_builder.h"
 #include "sim/scene/shell_body.h"
 #include "sim/scene/sliding_supports.h"
+#include "sim/scene/sphere_groups.h"
 #include "sim/scene/start_shape.h"
 #include "sim/scene/start_states.h"
 #include "sim/scene/surface_points.h"
@@ -56,7 +57,10 @@ void refuse_beyond_memory(const Scene& scene, const ShapeCase& shape, int vertic
   if (shape.type != ShapeType::file) return;
   SceneSize size = size_of_case(scene.source);
   const auto entry = [&](std::size_t index) -> double& {
-    return index < size.body.size() ? size.body[index] : size.obstacle[index - size.body.size()];
+    if (index < size.body.size()) return size.body[index];
+    index -= size.body.size();
+    return index < size.particles.size() ? size.particles[index]
+                                         : size.obstacle[index - size.particles.size()];
   };
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) entry(i) = scene.bodies[i].particle_count();
   entry(scene.bodies.size()) = vertices;
@@ -260,6 +264,8 @@ int body_index_of(const std::vector<SceneBody>& bodies, int SceneBody::*first, i
 }
 
 std::string place_in(const SceneBody& body, const bsi::Atlas& atlas, int local) {
+  if (body.spheres != nullptr)
+    return "particles \"" + body.name + "\", number " + std::to_string(local);
   const bsi::TexelAddress at = atlas.particle_address(local);
   std::string text = (body.is_obstacle ? "obstacle \"" : "body \"") + body.name + "\", ";
   if (atlas.patches().size() > 1) text += "patch " + std::to_string(at.patch) + ", ";
@@ -326,7 +332,12 @@ std::unique_ptr<const Scene> build_scene(const Case& source) {
   }
   auto scene = std::make_unique<Scene>();
   scene->source = source;
+  if (source.time.method == TimeMethod::impulses) {
+    scene->spheres_collide = source.contact.enabled;
+    scene->source.contact.enabled = false;
+  }
   for (const BodyCase& body : source.body) add_dynamic_body(*scene, body);
+  add_sphere_groups(*scene);
   std::vector<PrescribedMotion> pins;
   for (std::size_t b = 0; b < source.body.size(); ++b) {
     if (!has_timed_pins(source.body[b])) add_pins(*scene, source.body[b], scene->bodies[b], pins);
@@ -337,6 +348,8 @@ std::unique_ptr<const Scene> build_scene(const Case& source) {
     scene->case_order.push_back(static_cast<int>(scene->bodies.size()));
     add_obstacle(*scene, obstacle);
   }
+  std::ranges::stable_partition(scene->case_order,
+                                [&](int body) { return scene->bodies[body].spheres == nullptr; });
   std::ranges::move(pins, std::back_inserter(scene->prescribed));
   apply_initial_motions(*scene);
   add_timed_pins(*scene);

@@ -69,8 +69,10 @@ struct SceneBody {
   double thickness = 0;   // m
   double warp_angle = 0;  // rad, angle from the rows of the image to the warp
   // Points into the source of the scene that build_scene() returned. Null for obstacles of the
-  // case.
+  // case. Particles have a material without any stiffness or damping.
   const MaterialCase* material = nullptr;
+  // Points likewise. Null unless the body is a group of particles, whose atlas has no quads.
+  const ParticlesCase* spheres = nullptr;
 
   int particle_count() const { return atlas.particle_count(); }
   const bsi::Atlas& surface_atlas() const { return sampled ? sampled->atlas : atlas; }
@@ -110,7 +112,9 @@ struct TimedHold {
 };
 
 // Bodies and obstacles with their particles. Particles are numbered consecutively: first the
-// particles of dynamic bodies, then of bodies held as a whole, then of obstacles.
+// particles of dynamic bodies, then of bodies held as a whole, then of obstacles. A group of
+// spheres
+// ([[particles]]) is a dynamic body. Its particles are the centres of its spheres.
 //
 // A body is held as a whole if all its vertices are pinned, either at rest or by one motion. It
 // then counts as an obstacle: it has no forces, no rows in matrices and no part in state vectors
@@ -122,7 +126,8 @@ struct TimedHold {
 struct Scene {
   Case source;
   std::vector<SceneBody> bodies;  // first dynamic bodies, then held bodies, then obstacles
-  std::vector<int> case_order;    // indices into `bodies`, in the order of the case
+  // Indices into `bodies` in the order of the case: bodies, then obstacles, then groups of spheres.
+  std::vector<int> case_order;
   int dynamic_bodies = 0;
   int dynamic_particles = 0;
   int particle_count = 0;
@@ -130,6 +135,9 @@ struct Scene {
   int dynamic_points = 0;
   int point_count = 0;
   int threads = 1;  // number of threads of a run
+  // True if spheres collide: TimeMethod::impulses with contact. The method finds its contacts
+  // itself, so `source` has contact.enabled = false.
+  bool spheres_collide = false;
 
   std::vector<Vec3> initial_position;  // m, by particle
   std::vector<double> mass;            // kg, by dynamic particle
@@ -147,7 +155,9 @@ struct Scene {
 
   // Returns the velocity (m/s) of a free particle at t = 0.
   Vec3 initial_velocity(int particle) const;
-  int held_bodies() const { return static_cast<int>(source.body.size()) - dynamic_bodies; }
+  int held_bodies() const {
+    return static_cast<int>(source.body.size() + source.particles.size()) - dynamic_bodies;
+  }
   bool is_free(int particle) const { return particle < dynamic_particles && pinned[particle] == 0; }
   // Returns true if any particle of a surface point is free.
   bool is_free_point(int point) const {

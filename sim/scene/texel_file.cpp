@@ -92,9 +92,17 @@ herr_t append_image(hid_t file, const char* name, const H5O_info_t* info, void* 
   return 0;
 }
 
-// Returns the message for a missing dataset. The message suggests the image of the file with the
-// nearest name, or lists all images.
-std::string describe_missing(hid_t file, const std::string& dataset) {
+// The shape of the dataset that is read: that of an image of positions, or a list [n, 3].
+enum class FileShape { image, list };
+
+bool is_list(const std::vector<hsize_t>& shape) {
+  return shape.size() == 2 && shape[0] > 0 && shape[0] <= (hsize_t{1} << 30) && shape[1] == 3;
+}
+
+// Returns the message for a missing dataset. For an image, the message suggests the image of the
+// file with the nearest name, or lists all images.
+std::string describe_missing(hid_t file, const std::string& dataset, FileShape kind) {
+  if (kind == FileShape::list) return "has no dataset " + in_quotes(dataset);
   std::vector<std::string> images;
   H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, append_image, &images, H5O_INFO_BASIC);
   const std::string message = "has no dataset " + in_quotes(dataset);
@@ -103,16 +111,18 @@ std::string describe_missing(hid_t file, const std::string& dataset) {
 }
 
 std::vector<double> read_numbers(const std::string& path, const std::string& dataset,
-                                 double most_bytes, Header& header) {
+                                 FileShape kind, double most_bytes, Header& header) {
   const hdf5::QuietErrors quiet;
   const Access access(path);
   const Handle file = access.open_for_reading();
   const Handle source(H5Dopen2(file.get(), dataset.c_str(), H5P_DEFAULT));
-  if (source.get() < 0) access.reject(describe_missing(file.get(), dataset));
+  if (source.get() < 0) access.reject(describe_missing(file.get(), dataset, kind));
   const std::vector<hsize_t> shape = access.dimensions(source.get());
-  if (!hdf5::is_image(shape) || !hdf5::holds_numbers(source.get())) {
-    access.reject("dataset " + dataset +
-                  " must be numbers shaped [rows, cols, 3] or [patches, rows, cols, 3]");
+  const bool has_shape = kind == FileShape::list ? is_list(shape) : hdf5::is_image(shape);
+  if (!has_shape || !hdf5::holds_numbers(source.get())) {
+    access.reject(
+        "dataset " + dataset + " must be numbers shaped " +
+        (kind == FileShape::list ? "[n, 3]" : "[rows, cols, 3] or [patches, rows, cols, 3]"));
   }
   const hsize_t count = hdf5::count_of(shape);
   access.require_stored(source.get(), dataset, static_cast<double>(count));
@@ -126,17 +136,18 @@ std::vector<double> read_numbers(const std::string& path, const std::string& dat
       H5Dread(source.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
       "read dataset " + dataset);
   header.patches = shape.size() == 4 ? static_cast<std::int64_t>(shape[0]) : 1;
-  header.rows = static_cast<std::int64_t>(shape[shape.size() - 3]);
+  header.rows = kind == FileShape::list ? 1 : static_cast<std::int64_t>(shape[shape.size() - 3]);
   header.cols = static_cast<std::int64_t>(shape[shape.size() - 2]);
   return values;
 }
 
-int send_texels(int pipe, const std::string& path, const std::string& dataset, double most_bytes) {
+int send_texels(int pipe, const std::string& path, const std::string& dataset, FileShape kind,
+                double most_bytes) {
   Header header;
   std::vector<double> values;
   std::string message;
   try {
-    values = read_numbers(path, dataset, most_bytes, header);
+    values = read_numbers(path, dataset, kind, most_bytes, header);
   } catch (const FileError& error) {
     message = error.what();
   } catch (const std::bad_alloc&) {
@@ -149,14 +160,13 @@ int send_texels(int pipe, const std::string& path, const std::string& dataset, d
   return 0;
 }
 
-}  // namespace
-
-TexelFile read_texels(const std::string& path, const std::string& dataset, double most_bytes) {
+TexelFile read_in_process(const std::string& path, const std::string& dataset, FileShape kind,
+                          double most_bytes) {
   TexelFile result;
   std::string message;
   bool whole = false;
   Pipe pipe;
-  const auto work = [&] { return send_texels(pipe.writing(), path, dataset, most_bytes); };
+  const auto work = [&] { return send_texels(pipe.writing(), path, dataset, kind, most_bytes); };
   const auto meanwhile = [&] {
     pipe.close_writing();
     Header header;
@@ -175,6 +185,16 @@ TexelFile read_texels(const std::string& path, const std::string& dataset, doubl
   if (!message.empty()) throw FileError(message);
   if (!whole) throw FileError(path + ": cannot be read: the process that reads it ended");
   return result;
+}
+
+}  // namespace
+
+TexelFile read_texels(const std::string& path, const std::string& dataset, double most_bytes) {
+  return read_in_process(path, dataset, FileShape::image, most_bytes);
+}
+
+TexelFile read_points(const std::string& path, const std::string& dataset, double most_bytes) {
+  return read_in_process(path, dataset, FileShape::list, most_bytes);
 }
 
 }  // namespace weft::sim

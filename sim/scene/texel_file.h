@@ -21,5 +21,8 @@ struct TexelFile {
 // than the dataset's shape claims or if the numbers take more than `most_bytes`.
 TexelFile read_texels(const std::string& path, const std::string& dataset,
                       double most_bytes = std::numeric_limits<double>::infinity());
+// Reads a dataset [n, 3] of points (m) likewise: one patch of one row.
+TexelFile read_points(const std::string& path, const std::string& dataset,
+                      double most_bytes = std::numeric_limits<double>::infinity());
 
 }  // namespace weft::sim

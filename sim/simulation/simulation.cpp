@@ -61,7 +61,12 @@ struct Simulation::Implementation {
     return sleeping != nullptr ? sleeping->awake_state() : integrator->state();
   }
   Energies with_asleep(const Energies& of_awake) const {
-    return sleeping != nullptr ? sleeping->with_asleep(of_awake) : of_awake;
+    return sleeping != nullptr ? sleeping->with_asleep(of_awake) : with_spins(of_awake);
+  }
+  Energies with_spins(Energies energies_of_state) const {
+    if (const OwnContact* own = integrator->own_contact())
+      energies_of_state.kinetic += own->spin_energy;
+    return energies_of_state;
   }
 
   std::optional<Failure> step();
@@ -171,6 +176,9 @@ std::optional<Failure> Simulation::Implementation::step() {
   if (const Contact* contact = awake().contact()) {
     contact_pairs = contact->pairs_in_reach();
     smallest_gap = contact->smallest_gap();
+  } else if (const OwnContact* own = integrator->own_contact()) {
+    contact_pairs = static_cast<std::size_t>(own->pairs);
+    smallest_gap = own->smallest_gap;
   }
   return judge_step();
 }
@@ -379,10 +387,11 @@ const Statistics& Simulation::statistics() const { return implementation_->stati
 const Energies& Simulation::energies() const {
   Implementation& self = *implementation_;
   if (!self.energies) {
-    self.energies = self.integrator->counts().steps == 0
-                        ? self.awake().energies(self.integrator->time(), self.awake_state())
-                        : self.with_asleep(self.awake().energies_at_last_rate(
-                              self.integrator->time(), self.awake_state()));
+    self.energies =
+        self.integrator->counts().steps == 0
+            ? self.with_spins(self.awake().energies(self.integrator->time(), self.awake_state()))
+            : self.with_asleep(
+                  self.awake().energies_at_last_rate(self.integrator->time(), self.awake_state()));
   }
   return *self.energies;
 }
@@ -394,8 +403,9 @@ StateSummary Simulation::summary_of(double time, std::span<const double> y) cons
     return awake.contact() != nullptr ? awake.contact()->smallest_gap() : std::nullopt;
   };
   if (self.sleeping == nullptr) {
-    Energies all = awake.energies(time, y);
-    return {std::move(all), gap(), 0};
+    const OwnContact* own = self.integrator->own_contact();
+    return {self.with_spins(awake.energies(time, y)), own != nullptr ? own->smallest_gap : gap(),
+            0};
   }
   const Energies of_awake = awake.energies(time, self.sleeping->awake_part(y));
   return {self.sleeping->with_asleep(of_awake), self.sleeping->with_asleep(gap()),

@@ -62,6 +62,9 @@ void for_each_input_file(Case& source, const std::function<void(std::string&)>& 
     if (body.start && body.start->shape) visit(*body.start->shape);
   }
   for (ObstacleCase& obstacle : source.obstacle) visit(obstacle.shape);
+  for (ParticlesCase& particles : source.particles) {
+    if (particles.positions.type == PositionsType::file) use(particles.positions.path);
+  }
   if (source.restart) use(source.restart->path);
 }
 

@@ -20,7 +20,7 @@ bool has_same_bodies(const TrajectoryReader& from, const TrajectoryLayout& layou
   return std::ranges::equal(
       from.bodies(), layout.bodies, [](const TrajectoryBody& a, const TrajectoryBody& b) {
         return a.name == b.name && a.moves == b.moves && a.fields == b.fields &&
-               a.atlas.texel_count() == b.atlas.texel_count() &&
+               a.radii == b.radii && a.atlas.texel_count() == b.atlas.texel_count() &&
                a.atlas.particle_count() == b.atlas.particle_count();
       });
 }

@@ -49,11 +49,18 @@ int moving_count(const std::vector<TrajectoryBody>& bodies) {
   return static_cast<int>(std::ranges::count_if(bodies, &TrajectoryBody::moves));
 }
 
-std::string home_of(const TrajectoryBody& body) { return "/body/" + body.name; }
-
 }  // namespace
 
+std::string home_of(const TrajectoryBody& body) {
+  return (body.is_of_spheres() ? "/particles/" : "/body/") + body.name;
+}
+
 std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas, int components) {
+  if (atlas.is_of_points()) {
+    std::vector<hsize_t> points = {static_cast<hsize_t>(atlas.texel_count())};
+    if (components > 1) points.push_back(static_cast<hsize_t>(components));
+    return points;
+  }
   const bsi::Patch& first = atlas.patches().front();
   std::vector<hsize_t> shape = {static_cast<hsize_t>(first.rows), static_cast<hsize_t>(first.cols)};
   if (components > 1) shape.push_back(static_cast<hsize_t>(components));
@@ -129,7 +136,7 @@ XdmfSurface FrameViews::surface_of(const TrajectoryBody& body) const {
   surface.name = body.name;
   surface.points = body.atlas.texel_count();
   surface.triangles = 2 * body.atlas.quad_count();
-  surface.triangle_dataset = home_of(body) + "/triangles";
+  if (!body.is_of_spheres()) surface.triangle_dataset = home_of(body) + "/triangles";
   surface.position_dataset = home_of(body) + "/position";
   if (precision_ == Precision::float64) surface.position_bytes = 8;
   return surface;

@@ -11,8 +11,11 @@
 
 namespace weft::sim {
 
-// Returns the shape of one frame of a dataset: [rows, cols, 3], or [patches, rows, cols, 3] for
-// several patches. With one component the last axis is absent.
+// Returns the path of the group of a body or a group of spheres.
+std::string home_of(const TrajectoryBody& body);
+
+// Returns the shape of one frame of a dataset: [rows, cols, 3], [patches, rows, cols, 3] for
+// several patches, or [spheres, 3]. With one component the last axis is absent.
 std::vector<hsize_t> frame_shape(const bsi::Atlas& atlas, int components = 3);
 
 // The group /frame of a trajectory, with one subgroup of views per frame. All functions may throw

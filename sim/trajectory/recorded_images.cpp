@@ -50,6 +50,7 @@ std::vector<TrajectoryBody> RecordedImages::bodies() const {
     written.moves = body.moves;
     written.is_obstacle = body.is_obstacle;
     written.thickness = body.thickness;
+    if (body.spheres != nullptr) written.radii.assign(body.particle_count(), body.spheres->radius);
     written.spline_degree = body.spline ? body.spline->degree() : 0;
     for (const auto& [channel, dataset, path] : channels_.fields(body)) {
       written.fields.push_back({dataset->name, dataset->units, channel->name, dataset->components});

@@ -55,6 +55,10 @@ struct TrajectoryBody {
   // and columns.
   std::vector<int> part_rows = {}, part_cols = {};
   bool is_part() const { return !part_rows.empty(); }
+  // Radius (m) of each sphere of a group of particles, whose atlas has no quads (Atlas::of_points).
+  // Empty for surfaces.
+  std::vector<double> radii = {};
+  bool is_of_spheres() const { return !radii.empty(); }
 };
 
 // The values of the channels in one frame.
@@ -90,6 +94,10 @@ struct RunEnd {
 //   /CHANNEL/.../NAME        float64, on request: [N] or [N, 3]; attributes units and channel
 //   /body/NAME/particle      int32 [patches, rows, cols]: particle of each texel (sewn bodies only)
 //   /body/NAME/triangles     int32 [triangles, 3]: texels, by the rule of bsi::quad_triangles
+//   /particles/NAME          a group of spheres; attribute moves
+//   /particles/NAME/position float32 or float64, m: [N, spheres, 3], centres
+//   /particles/NAME/radius   float64 [spheres], m
+//   /particles/NAME/velocity float32 [N, spheres, 3], on request
 //   /sewn                    int32 [pairs, 4]: body, particle, body, particle that seams hold
 //                            together (only with seams)
 //   /series/NAME[N]          float64, attribute units: energies, counters, solver statistics

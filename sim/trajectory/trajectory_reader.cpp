@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <string_view>
@@ -9,6 +10,7 @@
 #include "sim/base/hdf5_handle.h"
 #include "sim/case/channels.h"
 #include "sim/scene/spline_axis.h"
+#include "sim/trajectory/frame_views.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
@@ -82,6 +84,7 @@ struct TrajectoryReader::Implementation {
   void read_header();
   void read_end();
   TrajectoryBody read_body(const std::string& name) const;
+  TrajectoryBody read_spheres(const std::string& name) const;
   void read_spline(hid_t group, TrajectoryBody& body) const;
   std::vector<TrajectoryField> read_fields(hid_t group, std::size_t axes) const;
   void read_step_series();
@@ -138,6 +141,11 @@ void TrajectoryReader::Implementation::read_header() {
   const Handle body_group = access.open_group(file.get(), "body");
   for (const std::string& name : access.members(body_group.get())) {
     bodies.push_back(read_body(name));
+  }
+  if (has(file.get(), "particles")) {
+    const Handle sphere_group = access.open_group(file.get(), "particles");
+    for (const std::string& name : access.members(sphere_group.get()))
+      bodies.push_back(read_spheres(name));
   }
   read_sewn();
   const Handle series_group = access.open_group(file.get(), "series");
@@ -310,6 +318,34 @@ TrajectoryBody TrajectoryReader::Implementation::read_body(const std::string& na
   return body;
 }
 
+TrajectoryBody TrajectoryReader::Implementation::read_spheres(const std::string& name) const {
+  const Handle group = access.open_group(file.get(), "particles/" + name);
+  TrajectoryBody body;
+  body.name = name;
+  const Handle position = access.open_dataset(group.get(), "position");
+  const std::vector<hsize_t> shape = access.dimensions(position.get());
+  if (shape.size() != 3 || shape[1] == 0 || shape[1] > (hsize_t{1} << 28) || shape[2] != 3 ||
+      !hdf5::holds_numbers(position.get()))
+    access.reject("particles " + name + " are not a list of positions");
+  if (shape[0] < times.size()) access.reject("particles " + name + " lack frames");
+  access.require_stored(position.get(), "position of particles " + name,
+                        static_cast<double>(3 * times.size() * shape[1]));
+  const Handle radius = access.open_dataset(group.get(), "radius");
+  if (access.dimensions(radius.get()) != std::vector<hsize_t>{shape[1]} ||
+      !hdf5::holds_numbers(radius.get()))
+    access.reject("particles " + name + " do not have one radius each");
+  access.require_stored(radius.get(), "radius of particles " + name, static_cast<double>(shape[1]));
+  body.radii.resize(shape[1]);
+  access.check(
+      H5Dread(radius.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, body.radii.data()),
+      "read the radii of particles " + name);
+  if (!std::ranges::all_of(body.radii, [](double each) { return each > 0 && std::isfinite(each); }))
+    access.reject("particles " + name + " have a radius that is not positive");
+  body.fields = read_fields(group.get(), 3);
+  body.atlas = bsi::Atlas::of_points(static_cast<int>(shape[1]));
+  return body;
+}
+
 // Reads the spline degree of a shell. Rejects a shell, unless recorded in part, whose image has too
 // few rows or columns for a spline.
 void TrajectoryReader::Implementation::read_spline(hid_t group, TrajectoryBody& body) const {
@@ -361,7 +397,7 @@ std::vector<double> TrajectoryReader::Implementation::read_image(int body_index,
   assert(body_index >= 0 && body_index < static_cast<int>(bodies.size()));
   const TrajectoryBody& body = bodies[body_index];
   const std::string action = "read " + name + " of body " + body.name;
-  const Handle dataset = access.open_dataset(file.get(), "body/" + body.name + "/" + name);
+  const Handle dataset = access.open_dataset(file.get(), home_of(body) + "/" + name);
   const Handle source = access.handle(H5Dget_space(dataset.get()), action);
   std::vector<hsize_t> shape = access.dimensions(dataset.get());
   const auto width = static_cast<std::size_t>(components);

@@ -97,6 +97,8 @@ struct TrajectoryWriter::Implementation {
   void create_root();
   void write_sewn();
   void create_body(const TrajectoryBody& body, std::span<const Vec3> initial_positions);
+  void create_spheres(const TrajectoryBody& body);
+  BodyDatasets create_moving(hid_t group, const TrajectoryBody& body);
   Handle make_group(hid_t parent, const std::string& name, const Handle& properties) const;
   Handle create_frames(hid_t group, const std::string& name, hid_t type,
                        const std::vector<hsize_t>& frame, const std::string& units);
@@ -130,7 +132,7 @@ struct TrajectoryWriter::Implementation {
   std::vector<Series> series;
   Options options;
   std::string temporary;  // temporary path of the file; empty once the file has its final name
-  Handle file, run_group, body_group, series_group, step_group, time;
+  Handle file, run_group, body_group, sphere_group, series_group, step_group, time;
   std::vector<BodyDatasets> body_datasets;
   std::vector<Handle> series_datasets, step_datasets, record_datasets;
   std::optional<FrameViews> views;
@@ -195,6 +197,8 @@ void TrajectoryWriter::Implementation::create_root() {
   const Handle ordered = ordered_group();
   run_group = make_group(file.get(), "run", end_properties());
   body_group = make_group(file.get(), "body", ordered);
+  if (std::ranges::any_of(bodies, &TrajectoryBody::is_of_spheres))
+    sphere_group = make_group(file.get(), "particles", ordered);
   series_group = make_group(file.get(), "series", ordered);
   step_group = make_group(file.get(), "steps", ordered);
   views.emplace(access, file.get(), bodies, options.precision);
@@ -280,6 +284,7 @@ void TrajectoryWriter::Implementation::write_positions(hid_t group, const bsi::A
 
 void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
                                                    std::span<const Vec3> initial_positions) {
+  if (body.is_of_spheres()) return create_spheres(body);
   assert(same_size(body.atlas));
   const bsi::Atlas& atlas = body.atlas;
   const Handle group = make_group(body_group.get(), body.name, ordered_group());
@@ -312,19 +317,30 @@ void TrajectoryWriter::Implementation::create_body(const TrajectoryBody& body,
     write_whole(group.get(), "particle", H5T_STD_I32LE, H5T_NATIVE_INT,
                 {atlas.patches().size(), rows, cols}, particles.data(), "");
   }
+  if (!body.moves) write_positions(group.get(), atlas, initial_positions);
+  body_datasets.push_back(body.moves ? create_moving(group.get(), body) : BodyDatasets());
+}
+
+// Creates the datasets of a body that moves, which have one entry per frame.
+TrajectoryWriter::Implementation::BodyDatasets TrajectoryWriter::Implementation::create_moving(
+    hid_t group, const TrajectoryBody& body) {
   BodyDatasets datasets;
-  if (body.moves) {
-    datasets.position = create_frames(group.get(), "position", file_type(options.precision),
-                                      frame_shape(atlas), "m");
-    for (const TrajectoryField& field : body.fields) {
-      datasets.fields.push_back(create_frames(group.get(), field.name, H5T_IEEE_F32LE,
-                                              frame_shape(atlas, field.components), field.units));
-      access.write_attribute(datasets.fields.back().get(), "channel", field.channel);
-    }
-  } else {
-    write_positions(group.get(), atlas, initial_positions);
+  datasets.position =
+      create_frames(group, "position", file_type(options.precision), frame_shape(body.atlas), "m");
+  for (const TrajectoryField& field : body.fields) {
+    datasets.fields.push_back(create_frames(
+        group, field.name, H5T_IEEE_F32LE, frame_shape(body.atlas, field.components), field.units));
+    access.write_attribute(datasets.fields.back().get(), "channel", field.channel);
   }
-  body_datasets.push_back(std::move(datasets));
+  return datasets;
+}
+
+void TrajectoryWriter::Implementation::create_spheres(const TrajectoryBody& body) {
+  const Handle group = make_group(sphere_group.get(), body.name, ordered_group());
+  access.write_attribute(group.get(), "moves", std::vector<int>{body.moves});
+  write_whole(group.get(), "radius", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {body.radii.size()},
+              body.radii.data(), "m");
+  body_datasets.push_back(create_moving(group.get(), body));
 }
 
 void TrajectoryWriter::Implementation::publish() {
@@ -376,7 +392,8 @@ void TrajectoryWriter::Implementation::close_objects() {
   step_datasets.clear();
   record_datasets.clear();
   if (views) views->close();
-  for (Handle* handle : {&time, &step_group, &series_group, &body_group, &run_group}) {
+  for (Handle* handle :
+       {&time, &step_group, &series_group, &sphere_group, &body_group, &run_group}) {
     handle->close();
   }
 }

@@ -73,9 +73,12 @@ void XdmfFile::create(const std::string& path) {
 }
 
 std::string XdmfFile::text_of(const XdmfSurface& surface) const {
-  std::string text = "    <Grid Name=\"" + escape(surface.name) +
-                     "\">\n     <Topology TopologyType=\"Triangle\" NumberOfElements=\"" +
-                     std::to_string(surface.triangles) + "\">\n";
+  const bool is_of_points = surface.triangle_dataset.empty();
+  std::string text =
+      "    <Grid Name=\"" + escape(surface.name) +
+      "\">\n     <Topology TopologyType=" + (is_of_points ? "\"Polyvertex\"" : "\"Triangle\"") +
+      " NumberOfElements=\"" + std::to_string(is_of_points ? surface.points : surface.triangles) +
+      (is_of_points ? "\" NodesPerElement=\"1\">\n" : "\">\n");
   const auto add_item = [&](const char* type, int bytes, int rows, int components,
                             const std::string& dataset) {
     text += std::string("      <DataItem Format=\"HDF\" NumberType=\"") + type + "\" Precision=\"" +
@@ -83,7 +86,7 @@ std::string XdmfFile::text_of(const XdmfSurface& surface) const {
             (components > 1 ? ' ' + std::to_string(components) : "") + "\">" + trajectory_ + ':' +
             escape(dataset) + "</DataItem>\n";
   };
-  add_item("Int", 4, surface.triangles, 3, surface.triangle_dataset);
+  if (!is_of_points) add_item("Int", 4, surface.triangles, 3, surface.triangle_dataset);
   text += "     </Topology>\n     <Geometry GeometryType=\"XYZ\">\n";
   add_item("Float", surface.position_bytes, surface.points, 3, surface.position_dataset);
   text += "     </Geometry>\n";

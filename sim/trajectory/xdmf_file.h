@@ -19,7 +19,8 @@ struct XdmfSurface {
   std::string name;
   int points = 0;
   int triangles = 0;
-  std::string triangle_dataset;  // path of an int32 dataset [triangles, 3]
+  // Path of an int32 dataset [triangles, 3]; empty for separate points.
+  std::string triangle_dataset;
   std::string position_dataset;  // path of a dataset of three numbers per point
   int position_bytes = 4;        // bytes per number of the positions: 4 or 8
   std::vector<XdmfAttribute> attributes;

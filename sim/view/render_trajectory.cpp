@@ -81,6 +81,11 @@ double size_of(const std::vector<Vec3>& points) {
 // the spheres of that level. Precondition: the frame's positions were read last.
 void add_drawn(const TrajectoryReader& reader, int frame, std::optional<int> spheres_of_level,
                RenderedBody& body, Extent& extent) {
+  if (!body.radii.empty()) {
+    for (std::size_t i = 0; i < body.radii.size(); ++i)
+      extent.add(body.positions[i], body.radii[i]);
+    return;
+  }
   if (!spheres_of_level) {
     for (const Vec3& position : body.positions) extent.add(position);
     return;

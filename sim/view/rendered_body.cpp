@@ -35,8 +35,9 @@ std::vector<double> most_deviation(const std::vector<TrajectoryBody>& bodies) {
 }
 
 // Rebuilds the pyramid from the present positions. Does nothing and returns false if the body does
-// not move and its pyramid is already built.
+// not move and its pyramid is already built, or if the body consists of particles.
 bool rebuild_pyramid(const TrajectoryReader& reader, int frame, RenderedBody& body) {
+  if (!body.radii.empty()) return false;
   if (!body.moves && body.pyramid) return false;
   const TrajectoryBody& recorded = reader.bodies()[body.index];
   if (!body.pyramid) {
@@ -70,6 +71,7 @@ std::vector<RenderedBody> rendered_bodies(const std::string& path, const Traject
     rendered.moves = body.moves;
     rendered.is_obstacle = body.is_obstacle;
     rendered.most_deviation = most[index];
+    rendered.radii = body.radii;
     try {
       rendered.mesh = rendered.surface.mesh();
     } catch (const std::invalid_argument& error) {
@@ -122,10 +124,12 @@ void make_spheres(const TrajectoryReader& reader, int frame, int level,
 std::vector<bsi::Sphere> drawn_spheres(const TrajectoryReader& reader, int frame, int level,
                                        RenderedBody& body) {
   rebuild_pyramid(reader, frame, body);
+  if (!body.pyramid) return {};
   return spheres_of_level(*body.pyramid, level);
 }
 
 void add_surfaces(RenderedBody& body, std::vector<gpu::DrawnSurface>& surfaces) {
+  if (!body.radii.empty()) draw_particles(body);
   const auto add_spheres = [&](const SphereSurface& spheres, const gpu::Colour& colour) {
     if (spheres.triangles.empty()) return;
     surfaces.push_back({.positions = spheres.positions,
@@ -136,6 +140,10 @@ void add_surfaces(RenderedBody& body, std::vector<gpu::DrawnSurface>& surfaces) 
   };
   if (!body.spheres.triangles.empty() || !body.touching_spheres.triangles.empty()) {
     add_spheres(body.spheres, body.colours.back);
+    if (!body.sphere_places.empty()) {
+      surfaces.back().colour_map = body.colour_map;
+      surfaces.back().places = body.sphere_places;
+    }
     add_spheres(body.touching_spheres, gpu::touching_colour());
     return;
   }

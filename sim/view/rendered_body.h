@@ -44,6 +44,8 @@ struct RenderedBody {
   bsi::DetailSurface detail;  // surface with fewer triangles; if it is empty, `mesh` is drawn
   std::vector<Vec3> detail_normals;  // normals of `detail`
   std::vector<float> detail_places;  // positions of the points of `detail` in `colour_map`
+  std::vector<double> radii;         // m, of the spheres of a group of particles; else empty
+  std::vector<float> sphere_places;  // positions of the points of `spheres` in `colour_map`
   // Spheres of one level: those that touch no sphere of another body, and those that do.
   SphereSurface spheres, touching_spheres;
 };
@@ -72,8 +74,8 @@ void reduce_to_level(const TrajectoryReader& reader, int frame, int level, Rende
 void make_spheres(const TrajectoryReader& reader, int frame, int level,
                   std::vector<RenderedBody>& bodies);
 
-// Returns the spheres that make_spheres() would give to a body. Throws std::runtime_error like
-// reduce_detail().
+// Returns the spheres that make_spheres() would give to a body; none for particles. Throws
+// std::runtime_error like reduce_detail().
 std::vector<bsi::Sphere> drawn_spheres(const TrajectoryReader& reader, int frame, int level,
                                        RenderedBody& body);
 

@@ -82,10 +82,12 @@ class Ball {
         triangles_(bsi::build_mesh(surface_.atlas).triangles) {}
 
   void append(const bsi::Sphere& sphere, SphereSurface& to) const {
+    append(Vec3(sphere.x, sphere.y, sphere.z), sphere.radius, to);
+  }
+  void append(const Vec3& centre, double radius, SphereSurface& to) const {
     const auto first = static_cast<int>(to.positions.size());
-    const Vec3 centre(sphere.x, sphere.y, sphere.z);
     for (const Vec3& direction : surface_.positions) {
-      to.positions.push_back(centre + static_cast<double>(sphere.radius) * direction);
+      to.positions.push_back(centre + radius * direction);
       to.normals.push_back(direction);
     }
     for (const auto& [a, b, c] : triangles_)
@@ -103,23 +105,36 @@ void surround_bodies(int level, std::vector<RenderedBody>& bodies) {
   std::vector<Marks> touching;
   std::size_t count = 0;
   for (const RenderedBody& body : bodies) {
-    touching.emplace_back(first_numbers(*body.pyramid, level).back(), 0);
+    touching.emplace_back(body.pyramid ? first_numbers(*body.pyramid, level).back() : 0, 0);
     count += touching.back().size();
   }
   for (std::size_t a = 0; a < bodies.size(); ++a) {
     for (std::size_t b = a + 1; b < bodies.size(); ++b) {
+      if (!bodies[a].pyramid || !bodies[b].pyramid) continue;
       mark_touching(*bodies[a].pyramid, *bodies[b].pyramid, level, touching[a], touching[b]);
     }
   }
   const Ball ball(count);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     RenderedBody& body = bodies[i];
+    if (!body.pyramid) continue;
     body.spheres = {};
     body.touching_spheres = {};
     for_each_block(*body.pyramid, level, [&](const bsi::PatchBlock& block, std::size_t number) {
       ball.append(body.pyramid->sphere(block),
                   touching[i][number] != 0 ? body.touching_spheres : body.spheres);
     });
+  }
+}
+
+void draw_particles(RenderedBody& body) {
+  const Ball ball(body.radii.size());
+  SphereSurface& surface = body.spheres;
+  surface = {};
+  body.sphere_places.clear();
+  for (std::size_t i = 0; i < body.radii.size(); ++i) {
+    ball.append(body.positions[i], body.radii[i], surface);
+    if (!body.places.empty()) body.sphere_places.resize(surface.positions.size(), body.places[i]);
   }
 }
 

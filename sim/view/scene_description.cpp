@@ -84,7 +84,15 @@ void describe_timed_pin(const TimedPin& pin, std::ostream& out) {
   out << '\n';
 }
 
+void describe_spheres(const SceneBody& body, const Scene& scene, std::ostream& out) {
+  const ParticlesCase& from = *body.spheres;
+  out << "particles " << body.name << ": " << body.particle_count() << " of radius " << from.radius
+      << " m and mass " << scene.mass[body.first_particle] << " kg, restitution "
+      << from.restitution << '\n';
+}
+
 void describe_body(const Scene& scene, const SceneBody& body, std::ostream& out) {
+  if (body.spheres != nullptr) return describe_spheres(body, scene, out);
   out << (body.is_obstacle ? "obstacle  " : "body      ") << body.name << ": "
       << size_of(body.atlas) << ", " << body.mesh.triangles.size() << " triangles, thickness "
       << 1e3 * body.thickness << " mm\n";
@@ -178,6 +186,13 @@ void describe_bodies(const Scene& scene, std::ostream& out) {
 }
 
 void describe_forces(const Scene& scene, std::ostream& out) {
+  if (scene.source.time.method == TimeMethod::impulses) {
+    const bool has_drag = std::ranges::any_of(
+        scene.source.particles, [](const ParticlesCase& of) { return of.drag_coefficient > 0; });
+    out << "forces    gravity" << (has_drag ? ", drag" : "") << '\n';
+    if (!has_drag) out << "  skipped drag and wind: every drag_coefficient is 0\n";
+    return;
+  }
   out << "forces    gravity";
   for (const auto& force : make_forces(scene)) out << ", " << force->name();
   out << '\n';
@@ -225,6 +240,11 @@ void describe_search(const Scene& scene, const std::vector<CandidateList>& neigh
 
 void describe_contact(const Scene& scene, std::ostream& out) {
   const ContactCase& contact = scene.source.contact;
+  if (scene.spheres_collide) {
+    out << "contact   impulses of particles with each other and with "
+        << counted(scene.bodies.size() - scene.dynamic_bodies, "obstacle", "obstacles") << '\n';
+    return;
+  }
   if (!contact.enabled) {
     out << "contact   skipped, with pyramids, candidate search and collision checks: "
            "contact.enabled is false\n";
@@ -304,14 +324,16 @@ void describe_time(const Case& source, std::ostream& out) {
   out << traits_of(time.method).title;
   if (time.method == TimeMethod::cvode) out << " of order 1 to " << time.maximum_order;
   if (time.step) out << ", steps of " << *time.step << " s";
-  out << ", position tolerance " << time.position_tolerance << " m a step\n";
+  if (time.method != TimeMethod::impulses)
+    out << ", position tolerance " << time.position_tolerance << " m a step";
+  out << '\n';
   for (const std::string& notice : {long_step_notice(time), late_pins_notice(source)}) {
     if (!notice.empty()) out << "  " << notice << '\n';
   }
 }
 
 void describe_sleep(const Scene& scene, std::ostream& out) {
-  if (scene.dynamic_bodies < 2) return;
+  if (scene.dynamic_bodies < 2 || scene.source.time.method == TimeMethod::impulses) return;
   out << "sleep     ";
   if (!scene.source.time.sleep) {
     out << "off: time.sleep is false\n";
@@ -332,7 +354,10 @@ void describe_memory(const Scene& scene, std::ostream& out) {
   SceneSize size;
   for (const int b : scene.case_order) {
     const SceneBody& body = scene.bodies[b];
-    (body.is_obstacle ? size.obstacle : size.body).push_back(body.particle_count());
+    auto& sizes = body.spheres != nullptr ? size.particles
+                  : body.is_obstacle      ? size.obstacle
+                                          : size.body;
+    sizes.push_back(body.particle_count());
   }
   out << "memory    about " << memory_text(estimate_memory(scene.source, size)) << " of at most "
       << memory_text(memory_limit(scene.source)) << '\n';

@@ -50,6 +50,11 @@ BodySummary summarise_body(const TrajectoryReader& reader, int index) {
   summary.moves = body.moves;
   summary.is_obstacle = body.is_obstacle;
   summary.thickness = body.thickness;
+  if (body.is_of_spheres()) {
+    const auto [least, largest] = std::ranges::minmax(body.radii);
+    summary.least_radius = least;
+    summary.largest_radius = largest;
+  }
   summary.part_rows = body.part_rows;
   summary.part_cols = body.part_cols;
   if (body.moves && reader.frames() == 0) return summary;
@@ -118,6 +123,13 @@ std::string size_of(const BodySummary& body) {
   std::string text = std::to_string(body.rows) + " x " + std::to_string(body.cols);
   if (body.patches > 1) text = std::to_string(body.patches) + " x " + text;
   return text;
+}
+
+// Returns the radii of a group of particles as text: "0.02 m", or "0.01 to 0.02 m".
+std::string radius_text(const BodySummary& body) {
+  std::string text = rounded_text(body.least_radius);
+  if (body.largest_radius > body.least_radius) text += " to " + rounded_text(body.largest_radius);
+  return text + " m";
 }
 
 // Returns a text about recorded rows or columns, such as "3 rows from 2 to 8".
@@ -295,9 +307,14 @@ std::string to_text(const TrajectorySummary& summary) {
   if (summary.frames > 0) text << ", " << summary.first_time << " to " << summary.last_time << " s";
   text << (summary.has_velocity ? ", with velocities\n" : "\n");
   for (const BodySummary& body : summary.bodies) {
-    text << (body.is_obstacle ? "obstacle  " : "body      ") << printable(body.name) << ": "
-         << size_of(body) << ", " << body.particles << " particles, " << body.triangles
-         << " triangles";
+    if (body.largest_radius > 0) {
+      text << "particles " << printable(body.name) << ": " << body.particles << " of radius "
+           << radius_text(body);
+    } else {
+      text << (body.is_obstacle ? "obstacle  " : "body      ") << printable(body.name) << ": "
+           << size_of(body) << ", " << body.particles << " particles, " << body.triangles
+           << " triangles";
+    }
     if (body.thickness > 0) text << ", " << body.thickness << " m thick";
     if (!body.moves) text << ", fixed";
     text << '\n';
@@ -355,6 +372,10 @@ std::string to_json(const TrajectorySummary& summary) {
         {"name", body.name},   {"patches", body.patches},      {"rows", body.rows},
         {"cols", body.cols},   {"particles", body.particles},  {"triangles", body.triangles},
         {"moves", body.moves}, {"obstacle", body.is_obstacle}, {"thickness_m", body.thickness}};
+    if (body.largest_radius > 0) {
+      entry["least_radius_m"] = body.least_radius;
+      entry["largest_radius_m"] = body.largest_radius;
+    }
     if (!body.part_rows.empty()) {
       entry["part_rows"] = body.part_rows;
       entry["part_cols"] = body.part_cols;

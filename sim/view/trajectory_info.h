@@ -26,6 +26,8 @@ struct BodySummary {
   bool moves = true;
   bool is_obstacle = false;
   double thickness = 0;  // m
+  // Smallest and largest radius (m) of a group of particles; zero for surfaces.
+  double least_radius = 0, largest_radius = 0;
   // Recorded rows and columns of the body's image. Empty: all rows and columns.
   std::vector<int> part_rows, part_cols;
   std::optional<SurfaceDeviation> deviation;  // set for shells recorded as a whole, with positions

@@ -314,14 +314,14 @@ shape = { type = "sphere", radius = 1, resolution = [4] }
       // Missing keys are refused at the header of the table.
       {"case_empty", "",
        R"(case.toml:1:1: the case has no "body"
-  expected "body", tables [[body]])"},
+  expected tables [[body]] or [[particles]])"},
       {"body_none",
        R"(title = "nothing"
 [time]
 duration = 1
 )",
        R"(case.toml:1:1: the case has no "body"
-  expected "body", tables [[body]])"},
+  expected tables [[body]] or [[particles]])"},
       {"body_list_empty",
        R"(body = []
 )",

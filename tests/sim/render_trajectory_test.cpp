@@ -155,6 +155,32 @@ TEST_F(RenderTrajectory, RefusesPositionsThatAreTooFarAway) {
   }
 }
 
+TEST_F(RenderTrajectory, DrawsParticlesAsSpheres) {
+  const bsi::Surface floor = bsi::make_rectangle(200, 200, 2, 2);
+  std::vector<TrajectoryBody> bodies(2);
+  bodies[0] = {"floor", floor.atlas, false, true, 0};
+  bodies[1].name = "balls";
+  bodies[1].atlas = bsi::Atlas::of_points(2);
+  std::vector<int> counts;
+  for (const double radius : {0.2, 0.4}) {
+    const std::string path = folder_.path("balls.h5");
+    bodies[1].radii = {radius, radius};
+    {
+      TrajectoryWriter writer(path, bodies, {}, {.force = true}, {floor.positions, {}});
+      const std::vector<Vec3> centres{{-2, 0, 0.5}, {2, 0, 0.5}};
+      writer.write_frame(0, {floor.positions, centres}, {}, {});
+    }
+    RenderOptions options = small_pictures();
+    options.force = true;
+    const RenderReport report = render_trajectory(path, pictures(), options);
+    EXPECT_GT(report.triangles, 200);
+    counts.push_back(red_part(read_png(files::path(pictures()) / "frame_00000.png")).count);
+  }
+  EXPECT_GT(counts[0], 10);
+  // The camera sees little more of the larger balls, whose area is four times as large.
+  EXPECT_GT(counts[1], 2 * counts[0]);
+}
+
 TEST_F(RenderTrajectory, DrawsEveryFrameFromOneCameraThatSeesTheMotion) {
   const std::string path = write_trajectory(4);
   std::vector<int> progress;

@@ -88,6 +88,25 @@ name = "table"
 shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
 )";
 
+// Balls that fall into each other on a floor, and roll apart.
+constexpr const char* rolling_balls = R"(
+[time]
+method = "impulses"
+duration = 0.6
+[contact]
+friction = 0.3
+[output]
+velocity = true
+checkpoint_every = 0.1
+[[particles]]
+name = "balls"
+radius = 0.02
+positions = { type = "grid", count = [3, 3, 3], centre = [0, 0, 0.15], jitter = 0.001 }
+[[obstacle]]
+name = "floor"
+shape = { type = "plane", size = [9, 9] }
+)";
+
 const Overrides often{"output.checkpoint_every=0.02"};
 
 Overrides with(const Overrides& some, const Overrides& more) {
@@ -139,6 +158,7 @@ std::vector<Variant> variants() {
       {sheet_on_ball, method("euler", {"time.step=0.002"})},
       {folding_strip, {}},
       {sleeping_sheets, {}},
+      {rolling_balls, {}},
   };
 }
 

@@ -1,0 +1,341 @@
+// Rigid spheres that collide by impulses: TimeMethod::impulses.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "sim/case/case_text.h"
+#include "sim/integrator/integrator_makers.h"
+#include "sim/particles/impulse_solver.h"
+#include "sim/particles/sphere_search.h"
+#include "sim/scene/sphere_groups.h"
+
+namespace weft::sim {
+
+namespace {
+
+// Steps without time.step last this fraction of the time in which a sphere falls by half its
+// radius.
+constexpr double default_step_share = 1.0 / 10;
+// Largest displacement of a sphere in a step, as a fraction of the smallest radius. With one radius
+// and more, a sphere could pass an edge of an obstacle between two steps.
+constexpr double largest_move = 0.75;
+// Times that overlaps are corrected together before spheres stay in place, and until they stay in
+// place without further corrections.
+constexpr int free_rounds = 4, corrected_rounds = 12;
+
+// Half of the drag coefficient times the area of the cross-section, per mass (m^2/kg).
+std::vector<double> drag_factors(const Scene& scene) {
+  std::vector<double> factors;
+  for (int b = 0; b < scene.dynamic_bodies; ++b) {
+    const SceneBody& body = scene.bodies[b];
+    const double radius = body.spheres->radius;
+    const double area = std::numbers::pi * radius * radius;
+    factors.insert(factors.end(), body.particle_count(),
+                   0.5 * body.spheres->drag_coefficient * area / scene.mass[body.first_particle]);
+  }
+  return factors;
+}
+
+std::vector<Vec3> start_spins(const Scene& scene) {
+  std::vector<Vec3> spins;
+  for (int b = 0; b < scene.dynamic_bodies; ++b) {
+    const ParticlesCase& from = *scene.bodies[b].spheres;
+    const Vec3 spin = from.angular_velocity_deg * (std::numbers::pi / 180);
+    spins.insert(spins.end(), scene.bodies[b].particle_count(),
+                 from.spin ? spin : Vec3(Vec3::Zero()));
+  }
+  return spins;
+}
+
+class ImpulseIntegrator final : public Integrator {
+ public:
+  ImpulseIntegrator(const Scene& scene, Dynamics& dynamics)
+      : scene_(scene),
+        dynamics_(dynamics),
+        count_(scene.dynamic_particles),
+        surfaces_(scene),
+        laws_(scene),
+        search_(scene, surfaces_, laws_, dynamics.statistics()),
+        solver_(scene),
+        friction_(scene.source.contact.friction),
+        wind_(scene.source.world.wind),
+        air_density_(scene.source.world.air_density),
+        drag_(drag_factors(scene)),
+        has_drag_(std::ranges::any_of(drag_, [](double factor) { return factor > 0; })),
+        smallest_radius_(*std::ranges::min_element(search_.radii())),
+        state_(dynamics.initial_state()),
+        before_(state_),
+        spin_(start_spins(scene)) {}
+
+  std::optional<Failure> step() override;
+  double time() const override { return time_; }
+  double last_step() const override { return time_ - start_time_; }
+  int last_order() const override { return 2; }
+  std::span<const double> state() const override { return state_; }
+  std::optional<Failure> state_at(double time, std::span<double> y) const override;
+  IntegratorCounts counts() const override { return counts_; }
+  void restart(double time, std::span<const double> y) override;
+  void transfer(StateArchive& archive) override {
+    archive(time_, start_time_, state_, before_, spin_, counts_, own_.pairs, own_.smallest_gap,
+            own_.spin_energy);
+    solver_.transfer(archive);
+  }
+  const OwnContact* own_contact() const override { return &own_; }
+
+ private:
+  std::span<const Vec3> positions() const { return StateView::of(state_).position; }
+  std::span<const Vec3> velocities() const { return StateView::of(state_).velocity; }
+  double default_step() const;
+  void find_accelerations(double length);
+  std::optional<double> choose_length();
+  std::optional<Failure> collide(const SphereStart& start, const ImpulseStep& step);
+  std::optional<Failure> separate(const SphereStart& start, const ImpulseStep& step,
+                                  std::vector<SphereContact> contacts);
+  void move(double length);
+  double obstacle_travel(double end) const;
+  Failure failure(const SphereContact& contact) const;
+  void note_contacts(std::span<const SphereContact> contacts);
+  double spin_energy() const;
+
+  const Scene& scene_;
+  Dynamics& dynamics_;
+  int count_;
+  SphereSurfaces surfaces_;
+  SphereLaws laws_;
+  SphereSearch search_;
+  ImpulseSolver solver_;
+  TimeCurve<double> friction_;
+  TimeCurve<Vec3> wind_;
+  TimeCurve<double> air_density_;
+  std::vector<double> drag_;
+  bool has_drag_;
+  double smallest_radius_;
+  double time_ = 0, start_time_ = 0;    // s, end and start of the last step
+  std::vector<double> state_, before_;  // at time_ and at start_time_
+  std::vector<Vec3> spin_;              // rad/s, by sphere
+  IntegratorCounts counts_;
+  OwnContact own_;
+  // Scratch of a step, by sphere.
+  std::vector<Vec3> acceleration_, velocity_, turned_, mean_, end_;
+};
+
+double ImpulseIntegrator::default_step() const {
+  const double gravity = dynamics_.gravity(time_).norm();
+  const double frame = 1 / scene_.source.time.frames_per_second;
+  if (!(gravity > 0)) return frame;
+  return std::min(frame, default_step_share * std::sqrt(smallest_radius_ / gravity));
+}
+
+// Finds the accelerations of free spheres. Drag is that of the velocity at the middle of the step.
+void ImpulseIntegrator::find_accelerations(double length) {
+  const Vec3 gravity = dynamics_.gravity(time_);
+  acceleration_.assign(count_, gravity);
+  if (!has_drag_) return;
+  const Instant now = dynamics_.instant(time_);
+  const Vec3 wind = wind_.at(now);
+  const double density = air_density_.at(now);
+  const auto drag = [&](int i, const Vec3& velocity) {
+    const Vec3 flow = wind - velocity;
+    return Vec3(drag_[i] * density * flow.norm() * flow);
+  };
+  for (int i = 0; i < count_; ++i) {
+    const Vec3& velocity = velocities()[i];
+    const Vec3 middle = velocity + 0.5 * length * (gravity + drag(i, velocity));
+    acceleration_[i] += drag(i, middle);
+  }
+}
+
+// Returns the length of the next step: the wanted one, divided by a whole number such that no
+// sphere moves too far. Returns nothing if that is too short.
+std::optional<double> ImpulseIntegrator::choose_length() {
+  const double wanted = scene_.source.time.step.value_or(default_step());
+  find_accelerations(wanted);
+  double fastest = 0;
+  for (int i = 0; i < count_; ++i) {
+    const Vec3& velocity = velocities()[i];
+    fastest = std::max(
+        {fastest, velocity.squaredNorm(), (velocity + wanted * acceleration_[i]).squaredNorm()});
+  }
+  const double parts =
+      std::max(1.0, std::ceil(std::sqrt(fastest) * wanted / (largest_move * smallest_radius_)));
+  const double length = wanted / parts;
+  if (!(length > scene_.source.time.minimum_step)) return std::nullopt;
+  if (parts > 1) find_accelerations(length);
+  return length;
+}
+
+std::optional<Failure> ImpulseIntegrator::step() {
+  if (auto failure = reason_to_stop()) return failure;
+  const std::optional<double> length = choose_length();
+  if (!length) {
+    return Failure{Failure::Kind::unstable, time_, -1,
+                   "at t = " + rounded_text(time_) +
+                       " s the particles are so fast that a step must be shorter than the "
+                       "minimum_step"};
+  }
+  ++dynamics_.statistics().counters.force_evaluations;
+  const double end = time_ + *length;
+  dynamics_.begin_step(time_);
+  laws_.set_friction(friction_.at(dynamics_.instant(time_)));
+  const std::vector<RigidPose> poses = surfaces_.poses(time_), ends = surfaces_.poses(end);
+  const SphereStart start{positions(), poses, ends, *length};
+  const ImpulseStep step{*length, 0.5 * *length * dynamics_.gravity(time_).norm(), velocities(),
+                         acceleration_};
+  velocity_.resize(count_);
+  turned_ = spin_;
+  mean_.resize(count_);
+  end_.resize(count_);
+  if (auto failure = collide(start, step)) return failure;
+  if (!std::ranges::all_of(end_, [](const Vec3& x) { return x.allFinite(); })) {
+    return Failure{Failure::Kind::not_finite, time_, -1,
+                   "at t = " + rounded_text(time_) + " s a position is not finite"};
+  }
+  before_.swap(state_);
+  auto* const x = reinterpret_cast<Vec3*>(state_.data());
+  std::ranges::copy(end_, x);
+  std::ranges::copy(velocity_, x + count_);
+  spin_.swap(turned_);
+  start_time_ = time_;
+  time_ = end;
+  ++counts_.steps;
+  own_.spin_energy = spin_energy();
+  return std::nullopt;
+}
+
+void ImpulseIntegrator::move(double length) {
+  for (int i = 0; i < count_; ++i) end_[i] = positions()[i] + length * mean_[i];
+}
+
+// Returns the largest distance (m) that a point of an obstacle moves until `end` (s).
+double ImpulseIntegrator::obstacle_travel(double end) const {
+  double travel = 0;
+  for (const SphereSurface& surface : surfaces_.all()) {
+    if (surface.motion == nullptr) continue;
+    travel = std::max(
+        travel,
+        surface.motion->bounds(time_, end, surface.motion->radius_of(surface.vertices)).travel);
+  }
+  return travel;
+}
+
+// Finds the velocities, spins and positions at the end of the step.
+std::optional<Failure> ImpulseIntegrator::collide(const SphereStart& start,
+                                                  const ImpulseStep& step) {
+  if (!scene_.spheres_collide) {
+    for (int i = 0; i < count_; ++i) {
+      velocity_[i] = step.velocity[i] + step.length * step.acceleration[i];
+      mean_[i] = 0.5 * (step.velocity[i] + velocity_[i]);
+    }
+    move(step.length);
+    return std::nullopt;
+  }
+  const double travel = obstacle_travel(time_ + step.length);
+  std::vector<double> reach(count_);
+  for (int i = 0; i < count_; ++i) {
+    const double speed = step.velocity[i].norm(),
+                 growth = step.length * step.acceleration[i].norm();
+    reach[i] = step.length * (speed + 0.5 * growth) + 2 * solver_.rest_gap(i) + travel;
+  }
+  search_.prepare(start, reach);
+  std::vector<SphereContact> contacts = search_.find_contacts(start, reach);
+  {
+    const PhaseTimer timer(dynamics_.statistics().phases.linear_solve);
+    solver_.find_velocities(contacts, step, velocity_, turned_);
+    solver_.find_displacements(contacts, step, velocity_, mean_);
+    counts_.linear_iterations = solver_.sweeps();
+  }
+  note_contacts(contacts);
+  return separate(start, step, std::move(contacts));
+}
+
+// Moves the spheres, and corrects their displacements until none overlaps anything. Contacts that
+// the search left out are added. Spheres that still overlap stay where they are: the start of the
+// step is free of overlaps.
+std::optional<Failure> ImpulseIntegrator::separate(const SphereStart& start,
+                                                   const ImpulseStep& step,
+                                                   std::vector<SphereContact> contacts) {
+  const double travel = obstacle_travel(time_ + step.length);
+  std::vector<char> is_fixed;
+  std::vector<double> reach(count_);
+  for (int round = 0;; ++round) {
+    move(step.length);
+    for (int i = 0; i < count_; ++i) reach[i] = step.length * mean_[i].norm() + travel;
+    if (search_.prepare(start, reach)) static_cast<void>(search_.find_contacts(start, {}));
+    const std::vector<SphereContact> overlaps = search_.find_overlaps(start, end_);
+    if (overlaps.empty()) return std::nullopt;
+    const PhaseTimer timer(dynamics_.statistics().phases.linear_solve);
+    if (round >= free_rounds) {
+      is_fixed.resize(count_, 0);
+      bool is_new = false;
+      for (const SphereContact& overlap : overlaps) {
+        for (const int sphere : {overlap.sphere, overlap.other}) {
+          if (sphere < 0 || is_fixed[sphere] != 0) continue;
+          is_fixed[sphere] = 1;
+          mean_[sphere].setZero();
+          is_new = true;
+        }
+      }
+      if (!is_new) return failure(overlaps.front());
+    }
+    if (round >= corrected_rounds) continue;
+    std::vector<SphereContact> joined;
+    std::ranges::set_union(contacts, overlaps, std::back_inserter(joined), {}, &SphereContact::key,
+                           &SphereContact::key);
+    contacts = std::move(joined);
+    solver_.correct_displacements(contacts, step, is_fixed, mean_);
+  }
+}
+
+Failure ImpulseIntegrator::failure(const SphereContact& contact) const {
+  const std::string partner =
+      contact.other >= 0
+          ? scene_.describe_particle(contact.other)
+          : "obstacle \"" + scene_.bodies[surfaces_.all()[contact.surface].body].name + "\"";
+  return {Failure::Kind::surfaces, time_, contact.sphere,
+          "no step from t = " + rounded_text(time_) + " s keeps " +
+              scene_.describe_particle(contact.sphere) + " apart from " + partner +
+              ", which moves: there is no room"};
+}
+
+void ImpulseIntegrator::note_contacts(std::span<const SphereContact> contacts) {
+  own_.pairs = static_cast<std::int64_t>(contacts.size());
+  own_.smallest_gap.reset();
+  for (const SphereContact& contact : contacts)
+    own_.smallest_gap = std::min(own_.smallest_gap.value_or(contact.gap), contact.gap);
+}
+
+double ImpulseIntegrator::spin_energy() const {
+  double sum = 0;
+  for (int i = 0; i < count_; ++i) sum += 0.5 * solver_.inertia(i) * spin_[i].squaredNorm();
+  return sum;
+}
+
+// Between the ends of a step, spheres are interpolated along straight paths, on which the
+// constraints of contacts hold too.
+std::optional<Failure> ImpulseIntegrator::state_at(double time, std::span<double> y) const {
+  if (time >= time_) {
+    std::ranges::copy(state_, y.begin());
+    return std::nullopt;
+  }
+  const double share = (time - start_time_) / (time_ - start_time_);
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] = before_[i] + share * (state_[i] - before_[i]);
+  return std::nullopt;
+}
+
+void ImpulseIntegrator::restart(double time, std::span<const double> y) {
+  time_ = start_time_ = time;
+  state_.assign(y.begin(), y.end());
+  before_ = state_;
+  solver_.forget();
+  ++counts_.restarts;
+}
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_impulse_integrator(const Scene& scene, Dynamics& dynamics) {
+  return std::make_unique<ImpulseIntegrator>(scene, dynamics);
+}
+
+}  // namespace weft::sim

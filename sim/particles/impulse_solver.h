@@ -1,0 +1,98 @@
+// Velocities and displacements of rigid spheres in contact, during one step.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sim/base/state_archive.h"
+#include "sim/particles/sphere_contact.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// The data of a step that both solutions share. Lists have one entry per sphere.
+struct ImpulseStep {
+  double length = 0;                   // s
+  double resting_speed = 0;            // m/s; spheres that would part more slowly rest instead
+  std::span<const Vec3> velocity;      // m/s, at the start
+  std::span<const Vec3> acceleration;  // m/s^2, of a free sphere, constant during the step
+};
+
+// Solves for the impulses of contacts by projected Gauss-Seidel sweeps. The order of the contacts
+// is the order of the sweeps, so the result does not depend on threads.
+//
+// Between impacts a sphere moves freely, x(t) = x + v t + a t^2/2. If a contact closes at the time
+// t within the step at the speed u, its normal impulse makes the sides part at e u at that time,
+// which is Newton's law of restitution with the coefficient e. The heights of a lone bouncing
+// sphere are therefore exact for any length of steps. A contact that rests takes up the weight.
+// Friction is limited to Coulomb's cone.
+//
+// Displacements satisfy gap + n . (displacement of both sides) >= rest gap for all contacts. The
+// sides of a contact are convex, so this keeps them apart wherever the sweeps have converged.
+class ImpulseSolver {
+ public:
+  // The scene must outlive the solver.
+  explicit ImpulseSolver(const Scene& scene);
+
+  // Gap (m) at which a contact rests, by sphere. It absorbs what sweeps leave undone.
+  double rest_gap(int sphere) const { return rest_gap_[sphere]; }
+  // Sets `velocity` (m/s) and `spin` (rad/s) to those at the end of the step. `spin` is that at the
+  // start on entry. Contacts must be sorted by key. Starts from the impulses of the last call for
+  // contacts that go on.
+  void find_velocities(std::span<const SphereContact> contacts, const ImpulseStep& step,
+                       std::span<Vec3> velocity, std::span<Vec3> spin);
+  // Sets `mean` (m/s) to the displacement of each sphere divided by the length of the step.
+  // `velocity` is the result of find_velocities(), which must have come before.
+  void find_displacements(std::span<const SphereContact> contacts, const ImpulseStep& step,
+                          std::span<const Vec3> velocity, std::span<Vec3> mean);
+  // Repeats the last part of find_displacements() with other contacts, from the present `mean`.
+  // Spheres of which `is_fixed` is not 0 keep their displacements.
+  void correct_displacements(std::span<const SphereContact> contacts, const ImpulseStep& step,
+                             std::span<const char> is_fixed, std::span<Vec3> mean) const;
+  // Returns the moment of inertia (kg m^2) of a sphere about its centre, 0 if it does not spin.
+  double inertia(int sphere) const { return inertia_[sphere]; }
+  // Forgets the impulses of the last step.
+  void forget() { kept_.clear(); }
+  void transfer(StateArchive& archive);
+  // Returns the number of sweeps over velocities so far.
+  std::int64_t sweeps() const { return sweeps_; }
+
+ private:
+  struct Row {
+    int contact = 0;
+    bool is_impact = false;
+    double impact_time = 0;                       // s, within the step
+    double target = 0;                            // m/s, least normal velocity at the end
+    double normal_mass = 0, tangential_mass = 0;  // kg
+    double normal = 0;                            // kg m/s, impulse
+    Vec3 tangential{0, 0, 0};                     // kg m/s, impulse of friction
+  };
+  // An impulse that the next step starts from.
+  struct KeptImpulse {
+    int surface, sphere, other, triangle;
+    double normal;
+    std::array<double, 3> tangential;
+  };
+  struct Speeds {
+    std::span<Vec3> velocity, spin;
+  };
+
+  void make_rows(std::span<const SphereContact> contacts, const ImpulseStep& step);
+  bool set_target(const SphereContact& contact, const ImpulseStep& step, Row& row) const;
+  void take_kept(std::span<const SphereContact> contacts, double length);
+  void keep(std::span<const SphereContact> contacts, double length);
+  double sweep(std::span<const SphereContact> contacts, const Speeds& speeds);
+  double solve_normal(const SphereContact& contact, Row& row, const Speeds& speeds) const;
+  double solve_friction(const SphereContact& contact, Row& row, const Speeds& speeds) const;
+  void apply(const SphereContact& contact, const Vec3& impulse, const Speeds& speeds) const;
+  Vec3 relative_velocity(const SphereContact& contact, const Speeds& speeds) const;
+  double least_gap(const SphereContact& contact) const;
+
+  std::vector<double> radius_, inverse_mass_, inverse_inertia_, inertia_, rest_gap_;
+  std::vector<Row> rows_;
+  std::vector<KeptImpulse> kept_;
+  double kept_length_ = 0;  // s, length of the step of kept_
+  std::int64_t sweeps_ = 0;
+};
+
+}  // namespace weft::sim

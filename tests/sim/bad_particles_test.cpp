@@ -1,0 +1,166 @@
+// Particles and pairs that must be refused.
+#include "bad_case.h"
+#include "sim/run/initial_state.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim::bad_particles_test {
+namespace {
+
+const std::string head = "[time]\nmethod = \"impulses\"\n";
+// Lines 3 to 6 of the cases.
+const std::string balls =
+    "[[particles]]\nname = \"balls\"\nradius = 0.1\n"
+    "positions = { type = \"grid\", count = [2, 2, 1] }\n";
+const std::string floor_below =
+    "[[obstacle]]\nname = \"floor\"\nposition = [0, 0, -0.2]\n"
+    "shape = { type = \"plane\", size = [9, 9] }\n";
+
+std::vector<BadCase> bad_particles() {
+  return {
+      {"nothing_to_simulate", head, R"(case.toml:1:1: the case has no "body"
+  expected tables [[body]] or [[particles]])"},
+      {"no_radius",
+       head +
+           "[[particles]]\nname = \"balls\"\npositions = { type = \"grid\", count = [1, 1, 1] }\n",
+       R"(case.toml:3:1: [[particles]] has no "radius"
+  expected "radius", a number > 0 (m))"},
+      {"radius_of_zero",
+       head + "[[particles]]\nname = \"balls\"\nradius = 0\n"
+              "positions = { type = \"grid\", count = [1, 1, 1] }\n",
+       R"(case.toml:5:10: "radius" is 0
+  expected a number > 0 (m))"},
+      {"negative_radius",
+       head + "[[particles]]\nname = \"balls\"\nradius = -0.1\n"
+              "positions = { type = \"grid\", count = [1, 1, 1] }\n",
+       R"(case.toml:5:10: "radius" is -0.1
+  expected a number > 0 (m))"},
+      {"restitution_above_one", head + balls + "restitution = 1.5\n",
+       R"(case.toml:7:15: "restitution" is 1.5
+  expected a number >= 0 and <= 1)"},
+      {"negative_restitution", head + balls + "restitution = -0.1\n",
+       R"(case.toml:7:15: "restitution" is -0.1
+  expected a number >= 0 and <= 1)"},
+      {"negative_friction", head + balls + "friction = -1\n",
+       R"(case.toml:7:12: "friction" is -1
+  expected a number >= 0)"},
+      {"unknown_key", head + balls + "restitutoin = 0.5\n",
+       R"(case.toml:7:1: unknown key "restitutoin" in [[particles]]
+  did you mean "restitution"?)"},
+      {"unknown_places",
+       head + "[[particles]]\nname = \"balls\"\nradius = 0.1\npositions = { type = \"gird\" }\n",
+       R"(case.toml:6:22: "type" is "gird"
+  did you mean "grid"?)"},
+      {"overlapping_grid",
+       head + "[[particles]]\nname = \"balls\"\nradius = 0.1\n"
+              "positions = { type = \"grid\", count = [2, 1, 1], spacing = 0.19 }\n",
+       R"(case.toml:6:58: a spacing of 0.19 m makes particles overlap
+  expected at least twice the radius, 0.2 m)"},
+      {"upside_down_region",
+       head + "[[particles]]\nname = \"balls\"\nradius = 0.1\npositions = { type = \"random\", "
+              "number = 2, region_min = [0, 0, 1], region_max = [1, 1, 0] }\n",
+       R"(case.toml:6:82: region_max is below region_min
+  expected a box whose upper corner is at least as high along x, y and z)"},
+      {"another_method", balls, R"(case.toml:2:8: particles "balls" with time.method = "cvode"
+  expected time.method = "impulses")"},
+      {"body_with_impulses", head + balls + sheet,
+       R"(case.toml:8:8: body "sheet" with time.method = "impulses"
+  expected [[particles]] and [[obstacle]] only)"},
+      {"name_twice", head + balls + balls, R"(case.toml:8:8: a second "balls"
+  expected a name that no other body, obstacle or particles have; the first is in [[particles]])"},
+      {"name_of_an_obstacle",
+       head + floor_below +
+           "[[particles]]\nname = \"floor\"\nradius = 0.1\n"
+           "positions = { type = \"grid\", count = [1, 1, 1] }\n",
+       R"(case.toml:8:8: a second "floor"
+  expected a name that no other body, obstacle or particles have; the first is in [[obstacle]])"},
+      {"pair_of_an_unknown_name",
+       head + balls + floor_below + "[[contact.pair]]\nbetween = [\"balls\", \"flor\"]\n",
+       R"(case.toml:12:21: no particles or obstacle "flor"
+  did you mean "floor"?)"},
+      {"pair_of_obstacles",
+       head + balls + floor_below + "[[contact.pair]]\nbetween = [\"floor\", \"floor\"]\n",
+       R"(case.toml:12:11: a pair of two obstacles
+  expected particles as one of the two: obstacles do not collide with each other)"},
+      {"pair_twice",
+       head + balls + floor_below + "[[contact.pair]]\nbetween = [\"floor\", \"balls\"]\n" +
+           "[[contact.pair]]\nbetween = [\"balls\", \"floor\"]\n",
+       R"(case.toml:14:11: a second pair of "balls" and "floor"
+  expected each pair once)"},
+      {"pair_with_too_large_a_restitution",
+       head + balls + floor_below +
+           "[[contact.pair]]\nbetween = [\"floor\", \"balls\"]\nrestitution = 1.01\n",
+       R"(case.toml:13:15: "restitution" is 1.01
+  expected a number >= 0 and <= 1)"},
+      {"part_of_particles", head + balls + "[[output.part]]\nbody = \"balls\"\nrows = [0, 1]\n",
+       R"(case.toml:8:8: a part of particles "balls"
+  expected a body or an obstacle, whose images have rows and columns)"},
+      {"channel_of_surfaces", head + balls + "[output]\nchannels = [\"body_energy\"]\n",
+       R"(case.toml:8:13: the channel "body_energy" is not recorded with time.method = "impulses"
+  expected channels among "velocity")"},
+  };
+}
+
+class BadParticles : public testing::TestWithParam<BadCase> {};
+
+TEST_P(BadParticles, AreRefused) { expect_refused(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(Cases, BadParticles, testing::ValuesIn(bad_particles()), bad_case_name);
+
+std::vector<BadCase> bad_starts() {
+  const std::string group = "[[particles]]\nname = \"others\"\nradius = 0.1\n";
+  return {
+      {"overlap_of_two_groups",
+       head + balls + group +
+           "positions = { type = \"grid\", count = [1, 1, 1], centre = [0.2, 0.11, 0.15] }\n",
+       R"(case.toml:10:13: particles "balls", number 3 overlaps particles "others", number 0 by 0.0249 m at the start
+  expected particles that do not overlap anything)"},
+      {"overlap_of_a_floor",
+       head + balls +
+           "[[obstacle]]\nname = \"floor\"\nposition = [0, 0, -0.09]\n"
+           "shape = { type = \"plane\", size = [9, 9] }\n",
+       R"(case.toml:6:13: particles "balls", number 0 overlaps obstacle "floor" by 0.0105 m at the start, the first of 4 overlapping pairs
+  expected particles that do not overlap anything)"},
+      {"overlap_by_jitter",
+       head +
+           "[[particles]]\nname = \"balls\"\nradius = 0.1\n"
+           "positions = { type = \"grid\", count = [2, 1, 1], spacing = 0.2, jitter = 0.01, seed "
+           "= 3 }\n",
+       R"(case.toml:6:13: particles "balls", number 0 overlaps particles "balls", number 1 by 0.00555 m at the start
+  expected particles that do not overlap anything)"},
+      {"no_room",
+       head + "[[particles]]\nname = \"balls\"\nradius = 0.1\npositions = { type = \"random\", "
+              "number = 9, region_min = [0, 0, 0], region_max = [0.1, 0.1, 0.1] }\n",
+       R"(case.toml:6:13: found room for 1 of 9 particles "balls"
+  expected a larger region, or fewer or smaller particles)"},
+      {"missing_file",
+       head + "[[particles]]\nname = \"balls\"\nradius = 0.1\npositions = { type = \"file\", "
+              "path = \"none.h5\", dataset = \"x\" }\n",
+       R"(case.toml:6:13: none.h5: cannot open: No such file or directory)"},
+  };
+}
+
+class BadStarts : public testing::TestWithParam<BadCase> {};
+
+TEST_P(BadStarts, AreRefused) {
+  const BadCase& bad = GetParam();
+  try {
+    check_initial_state(*build_scene(parse_case(bad.text, "case.toml")));
+    FAIL() << "accepted:\n" << bad.text;
+  } catch (const CaseError& error) {
+    EXPECT_EQ(error.what(), bad.what);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, BadStarts, testing::ValuesIn(bad_starts()), bad_case_name);
+
+TEST(ParticlePlaces, MayTouch) {
+  const std::string text = head +
+                           "[[particles]]\nname = \"balls\"\nradius = 0.1\npositions = { type = "
+                           "\"grid\", count = [5, 5, 5], spacing = 0.2 }\n[[obstacle]]\n"
+                           "name = \"floor\"\nposition = [0, 0, -0.5]\nthickness = 0\n"
+                           "shape = { type = \"plane\", size = [9, 9] }\n";
+  EXPECT_NO_THROW(check_initial_state(*build_scene(parse_case(text, "case.toml"))));
+}
+
+}  // namespace
+}  // namespace weft::sim::bad_particles_test
