@@ -324,10 +324,10 @@ TEST_F(CommandResume, RestartsFromAnotherRun) {
     return more;
   };
   run("whole", exit_code::done, restarted({"--time", "0.02"}));
-  const TrajectoryReader first(path("first/test.h5").string());
-  const TrajectoryReader whole(path("whole/test.h5").string());
-  EXPECT_EQ(whole.time(0), 0);
-  const std::vector<Vec3> coarse = first.positions(0, 10), fine = whole.positions(0, 0);
+  EXPECT_EQ(TrajectoryReader(path("whole/test.h5").string()).time(0), 0);
+  const std::vector<Vec3> coarse =
+      TrajectoryReader(path("first/test.h5").string()).positions(0, 10);
+  const std::vector<Vec3> fine = TrajectoryReader(path("whole/test.h5").string()).positions(0, 0);
   ASSERT_EQ(fine.size(), 169U);
   for (int row = 0; row < 7; ++row) {
     for (int col = 0; col < 7; ++col) EXPECT_EQ(fine[26 * row + 2 * col], coarse[7 * row + col]);

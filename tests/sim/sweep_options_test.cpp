@@ -229,7 +229,7 @@ TEST_F(SweepOptions, ShowsALiveTable) {
   }
   close(terminal);
   EXPECT_EQ(sweep.wait(), 130);
-  EXPECT_NE(shown.find("] done in "), std::string::npos) << shown;
+  EXPECT_NE(shown.find("(time.duration = 0.02) done in "), std::string::npos) << shown;
   EXPECT_NE(shown.find("  [2]   0 %  0:0"), std::string::npos) << shown;
   EXPECT_NE(shown.find("\033[2A\033[J"), std::string::npos) << "the table is not drawn anew";
   // Lines of the table are cut at the width, so that the next drawing erases all of them.

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <set>
 
 #include "sim/base/file_error.h"
@@ -219,8 +220,8 @@ TEST_F(SweepPlanTest, HashesKnowTheBytesOfFiles) {
   const std::string rectangle = R"({ type = "rectangle", size = [1, 1], resolution = [5, 9] })";
   text.replace(text.find(rectangle), rectangle.size(),
                R"({ type = "file", path = "shape.h5", dataset = "positions" })");
+  folder_.write("shape.h5", "one");
   const Case source = parse_case(text, folder_.path("case.toml"));
-  EXPECT_THROW(RunHasher().hash(source), FileError);  // it is not there
   const auto hash_with = [&](const std::string& bytes) {
     folder_.write("shape.h5", bytes);
     return RunHasher().hash(source);
@@ -229,6 +230,8 @@ TEST_F(SweepPlanTest, HashesKnowTheBytesOfFiles) {
   EXPECT_NE(hash_with("one"), hash_with("two"));
   const Case elsewhere = parse_case(portable_case_text(source), "/elsewhere/case.toml");
   EXPECT_EQ(elsewhere.body[0].shape.path, folder_.path("shape.h5"));
+  std::filesystem::remove(folder_.path("shape.h5"));
+  EXPECT_THROW(RunHasher().hash(source), FileError);
 }
 
 TEST_F(SweepPlanTest, APlanComesBackFromItsFile) {
