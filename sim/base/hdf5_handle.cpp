@@ -1,6 +1,8 @@
 #include "sim/base/hdf5_handle.h"
 
-#include <cstdint>
+#include <algorithm>
+#include <array>
+#include <cstdio>
 #include <filesystem>
 
 #include "sim/base/file_error.h"
@@ -26,6 +28,34 @@ herr_t append_name(hid_t, const char* name, const H5L_info_t*, void* names) {
   return 0;
 }
 
+// Fails, so that HDF5 does not follow a link to another file.
+herr_t refuse_link(const char*, const char*, const char*, const char*, unsigned*, hid_t, void*) {
+  return -1;
+}
+
+Handle within_file(hid_t kind) {
+  Handle properties(H5Pcreate(kind));
+  H5Pset_elink_cb(properties.get(), refuse_link, nullptr);
+  return properties;
+}
+
+// Returns the number of entries of a chunk; 0 for other layouts.
+double size_of_chunk(hid_t properties, H5D_layout_t layout) {
+  if (layout != H5D_CHUNKED) return 0;
+  std::array<hsize_t, H5S_MAX_RANK> size{};
+  const int rank = H5Pget_chunk(properties, static_cast<int>(size.size()), size.data());
+  double entries = 1;
+  for (int axis = 0; axis < rank; ++axis) entries *= static_cast<double>(size[axis]);
+  return entries;
+}
+
+// Returns a whole number as text.
+std::string rounded(double number) {
+  std::array<char, 400> text{};
+  std::snprintf(text.data(), text.size(), "%.0f", number);
+  return text.data();
+}
+
 Handle string_type() {
   Handle type(H5Tcopy(H5T_C_S1));
   H5Tset_size(type.get(), H5T_VARIABLE);
@@ -46,6 +76,16 @@ std::string error_text() {
   std::string text;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &text);
   return text.empty() ? "HDF5 gave no reason" : text;
+}
+
+hid_t own_datasets() {
+  static const Handle properties = within_file(H5P_DATASET_ACCESS);
+  return properties.get();
+}
+
+hid_t own_groups() {
+  static const Handle properties = within_file(H5P_GROUP_ACCESS);
+  return properties.get();
 }
 
 Handle make_space(const std::vector<hsize_t>& dimensions, const std::vector<hsize_t>& maximum) {
@@ -180,11 +220,11 @@ Handle Access::open_for_reading() const {
 }
 
 Handle Access::open_dataset(hid_t parent, const std::string& name) const {
-  return handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), "open dataset " + name);
+  return handle(H5Dopen2(parent, name.c_str(), own_datasets()), "open dataset " + name);
 }
 
 Handle Access::open_group(hid_t parent, const std::string& name) const {
-  return handle(H5Gopen2(parent, name.c_str(), H5P_DEFAULT), "open group " + name);
+  return handle(H5Gopen2(parent, name.c_str(), own_groups()), "open group " + name);
 }
 
 std::vector<hsize_t> Access::dimensions(hid_t dataset) const {
@@ -199,7 +239,11 @@ void Access::require_stored(hid_t dataset, const std::string& name, double entri
   const std::string action = "look into dataset " + name;
   const Handle properties = handle(H5Dget_create_plist(dataset), action);
   const H5D_layout_t layout = check(H5Pget_layout(properties.get()), action);
-  if (layout == H5D_VIRTUAL || H5Pget_external_count(properties.get()) > 0) return;
+  if (layout == H5D_VIRTUAL || H5Pget_external_count(properties.get()) > 0) {
+    reject("dataset " + name + " takes its numbers from elsewhere (" +
+           (layout == H5D_VIRTUAL ? "virtual" : "external") +
+           " storage); expected one that stores them itself");
+  }
   const Handle type = handle(H5Dget_type(dataset), action);
   const double needed = entries * static_cast<double>(H5Tget_size(type.get()));
   const auto stored = static_cast<double>(H5Dget_storage_size(dataset));
@@ -208,9 +252,11 @@ void Access::require_stored(hid_t dataset, const std::string& name, double entri
   if (stored > static_cast<double>(std::filesystem::file_size(path_, unknown))) {
     reject("dataset " + name + " claims to store more than the file holds");
   }
-  if (stored * (compressed ? most_compression : 1) >= needed) return;
-  reject("dataset " + name + " claims " + std::to_string(static_cast<std::uint64_t>(needed)) +
-         " bytes and stores " + std::to_string(static_cast<std::uint64_t>(stored)));
+  // HDF5 reads whole chunks into memory.
+  const double chunk = entries > 0 ? size_of_chunk(properties.get(), layout) : 0;
+  const double least = std::max(needed, chunk * static_cast<double>(H5Tget_size(type.get())));
+  if (stored * (compressed ? most_compression : 1) >= least) return;
+  reject("dataset " + name + " claims " + rounded(least) + " bytes and stores " + rounded(stored));
 }
 
 std::vector<std::string> Access::members(hid_t group) const {

@@ -79,13 +79,16 @@ class Access {
   // Opens the file read-only and without HDF5's locks, which some network file systems refuse.
   // Rejects anything but a regular file.
   Handle open_for_reading() const;
+  // Open an object by its path below `parent`. They do not follow links to other files, which may
+  // be pipes or devices.
   Handle open_dataset(hid_t parent, const std::string& name) const;
   Handle open_group(hid_t parent, const std::string& name) const;
   std::vector<hsize_t> dimensions(hid_t dataset) const;
   // Rejects a dataset that stores fewer bytes than `entries` numbers need, or more bytes than the
   // file has. Call it before allocating memory: a file of a few bytes can claim any shape.
-  // Compressed data may need up to two thousand times the bytes stored. Virtual and external data
-  // are stored outside the dataset and are not checked.
+  // Compressed data may need up to two thousand times the bytes stored, and a chunk may too.
+  // Virtual and external datasets are rejected: they take their numbers from other datasets or
+  // files, whose bytes this check cannot count.
   void require_stored(hid_t dataset, const std::string& name, double entries) const;
   // Returns the names of a group's members in order of creation or, if the group does not record
   // that order, sorted by name.
@@ -98,6 +101,10 @@ class Access {
 // Returns a simple data space of these dimensions. Datasets can grow up to `maximum`. If `maximum`
 // is empty, they cannot grow.
 Handle make_space(const std::vector<hsize_t>& dimensions, const std::vector<hsize_t>& maximum = {});
+
+// Access properties with which HDF5 opens no object through a link to another file.
+hid_t own_datasets();
+hid_t own_groups();
 
 // Returns true if the shape is that of an image of positions: [rows, cols, 3] or [patches, rows,
 // cols, 3]. The number of texels must be positive and at most 2^30.

@@ -22,7 +22,7 @@ struct ProcessEnd {
 //
 // This process calls `meanwhile` before it waits, for example to read the output of `work`. Throws
 // std::runtime_error if the system cannot start the copy or cannot wait for it. Costs about a
-// millisecond.
+// millisecond. Builds for fuzzing call `work` in this process, unless there is a `meanwhile`.
 ProcessEnd run_in_process(const std::function<int()>& work,
                           const std::function<void()>& meanwhile = {},
                           std::optional<double> cpu_limit = {});

@@ -12,6 +12,9 @@ namespace {
 
 // Length (bytes) of the longest text that in_quotes() does not cut.
 constexpr std::size_t longest_quote = 160;
+// Length (bytes) of the longest text for which a near name is looked for. The search takes time and
+// memory in proportion to the product of two lengths, and no one misspells a longer name.
+constexpr std::size_t longest_name = 1000;
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
@@ -88,6 +91,7 @@ std::string printable(const std::string& text, bool keep_lines) {
 
 std::optional<std::string> nearest_name(const std::string& name,
                                         const std::vector<std::string>& candidates) {
+  if (name.size() > longest_name) return std::nullopt;
   std::optional<std::string> best;
   std::size_t best_distance = 0;
   for (const std::string& candidate : candidates) {

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
 #include <string_view>
 
@@ -34,6 +36,20 @@ SourceLocation place_in(const std::string& text, std::size_t byte, const std::st
           static_cast<int>(byte - line_start) + 1};
 }
 
+// Returns the place of a path of path_for_place(), or nothing for the path of a file, which may
+// begin with the mark as well.
+std::optional<SourceLocation> place_in_path(const std::string& path) {
+  if (!path.starts_with(place_mark)) return std::nullopt;
+  SourceLocation place;
+  const char* const end = path.data() + path.size();
+  const auto line = std::from_chars(path.data() + 1, end, place.line);
+  if (line.ec != std::errc() || line.ptr == end || *line.ptr != ':') return std::nullopt;
+  const auto column = std::from_chars(line.ptr + 1, end, place.column);
+  if (column.ec != std::errc() || column.ptr == end || *column.ptr != ':') return std::nullopt;
+  place.file.assign(column.ptr + 1, end);
+  return place;
+}
+
 }  // namespace
 
 std::size_t find_deep_key(const std::string& text) {
@@ -55,7 +71,11 @@ std::size_t find_deep_key(const std::string& text) {
 
 FileText read_text(const std::string& path) {
   std::error_code ignored;  // an inaccessible path fails to open below
-  if (std::filesystem::is_directory(path, ignored)) return {{}, "is a directory", {}};
+  const auto status = std::filesystem::status(path, ignored);
+  if (std::filesystem::is_directory(status)) return {{}, "is a directory", {}};
+  // Opening a pipe would wait for its writer, and a device may come to no end.
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    return {{}, "is not a regular file", {}};
   std::ifstream file(path, std::ios::binary);
   std::string text;
   std::array<char, 65536> part{};
@@ -91,12 +111,7 @@ std::string path_for_place(const SourceLocation& place) {
 SourceLocation location_of(const toml::source_region& source) {
   SourceLocation where;
   if (source.path) where.file = *source.path;
-  if (where.file.starts_with(place_mark)) {
-    const std::size_t column = where.file.find(':') + 1;
-    const std::size_t file = where.file.find(':', column) + 1;
-    return {where.file.substr(file), std::stoi(where.file.substr(1)),
-            std::stoi(where.file.substr(column))};
-  }
+  if (const auto place = place_in_path(where.file)) return *place;
   if (where.file.starts_with(override_prefix) || where.file.starts_with(preset_prefix))
     return where;
   where.line = static_cast<int>(source.begin.line);

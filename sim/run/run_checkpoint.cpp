@@ -50,8 +50,12 @@ void RunCheckpoint::transfer(StateArchive& archive) {
           monitor);
   std::size_t count = energies.size();
   archive(count);
-  energies.resize(count);
-  for (auto& [name, energy] : energies) archive(name, energy);
+  // Read one by one: an archive that claims more than it has ends before they take much memory.
+  if (archive.reads()) energies.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (archive.reads()) energies.emplace_back();
+    archive(energies[i].first, energies[i].second);
+  }
 }
 
 std::string checkpoint_path(const std::string& trajectory) {
@@ -72,6 +76,7 @@ void write_checkpoint(const std::string& trajectory, RunCheckpoint checkpoint) {
 std::optional<RunCheckpoint> read_checkpoint(const std::string& trajectory) {
   const std::string path = checkpoint_path(trajectory);
   if (!std::filesystem::exists(path)) return std::nullopt;
+  if (!std::filesystem::is_regular_file(path)) throw FileError(path + ": is not a regular file");
   std::ifstream file(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
   if (!file) throw FileError(path + ": cannot be read");

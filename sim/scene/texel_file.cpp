@@ -110,12 +110,12 @@ std::string describe_missing(hid_t file, const std::string& dataset, FileShape k
   return message + "; " + name_hint(dataset, images);
 }
 
-std::vector<double> read_numbers(const std::string& path, const std::string& dataset,
-                                 FileShape kind, double most_bytes, Header& header) {
+TexelFile read_here(const std::string& path, const std::string& dataset, FileShape kind,
+                    double most_bytes) {
   const hdf5::QuietErrors quiet;
   const Access access(path);
   const Handle file = access.open_for_reading();
-  const Handle source(H5Dopen2(file.get(), dataset.c_str(), H5P_DEFAULT));
+  const Handle source(H5Dopen2(file.get(), dataset.c_str(), hdf5::own_datasets()));
   if (source.get() < 0) access.reject(describe_missing(file.get(), dataset, kind));
   const std::vector<hsize_t> shape = access.dimensions(source.get());
   const bool has_shape = kind == FileShape::list ? is_list(shape) : hdf5::is_image(shape);
@@ -131,32 +131,35 @@ std::vector<double> read_numbers(const std::string& path, const std::string& dat
     access.reject("dataset " + dataset + " takes " + memory_text(needed) +
                   " of memory, more than the limit of " + memory_text(most_bytes));
   }
-  std::vector<double> values(count);
+  TexelFile result;
+  result.texels.resize(count / 3);
+  static_assert(sizeof(Vec3) == 3 * sizeof(double), "texels are read as numbers");
   access.check(
-      H5Dread(source.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+      H5Dread(source.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, result.texels.data()),
       "read dataset " + dataset);
-  header.patches = shape.size() == 4 ? static_cast<std::int64_t>(shape[0]) : 1;
-  header.rows = kind == FileShape::list ? 1 : static_cast<std::int64_t>(shape[shape.size() - 3]);
-  header.cols = static_cast<std::int64_t>(shape[shape.size() - 2]);
-  return values;
+  // is_image() and is_list() bound the product of these sizes.
+  result.patches = shape.size() == 4 ? static_cast<int>(shape[0]) : 1;
+  result.rows = kind == FileShape::list ? 1 : static_cast<int>(shape[shape.size() - 3]);
+  result.cols = static_cast<int>(shape[shape.size() - 2]);
+  return result;
 }
 
 int send_texels(int pipe, const std::string& path, const std::string& dataset, FileShape kind,
                 double most_bytes) {
-  Header header;
-  std::vector<double> values;
+  TexelFile file;
   std::string message;
   try {
-    values = read_numbers(path, dataset, kind, most_bytes, header);
+    file = read_here(path, dataset, kind, most_bytes);
   } catch (const FileError& error) {
     message = error.what();
   } catch (const std::bad_alloc&) {
     message = path + ": dataset " + dataset + " needs more memory than there is";
   }
-  header.message = static_cast<std::int64_t>(message.size());
+  const Header header{file.patches, file.rows, file.cols,
+                      static_cast<std::int64_t>(message.size())};
   send(pipe, &header, sizeof header);
   send(pipe, message.data(), message.size());
-  send(pipe, values.data(), values.size() * sizeof(double));
+  send(pipe, file.texels.data(), file.texels.size() * sizeof(Vec3));
   return 0;
 }
 
@@ -176,7 +179,6 @@ TexelFile read_in_process(const std::string& path, const std::string& dataset, F
     result.rows = static_cast<int>(header.rows);
     result.cols = static_cast<int>(header.cols);
     result.texels.resize(static_cast<std::size_t>(header.patches * header.rows * header.cols));
-    static_assert(sizeof(Vec3) == 3 * sizeof(double), "texels are read as they are sent");
     whole = receive(pipe.reading(), message.data(), message.size()) &&
             receive(pipe.reading(), result.texels.data(), result.texels.size() * sizeof(Vec3));
   };
@@ -188,6 +190,11 @@ TexelFile read_in_process(const std::string& path, const std::string& dataset, F
 }
 
 }  // namespace
+
+TexelFile read_texels_unguarded(const std::string& path, const std::string& dataset,
+                                double most_bytes) {
+  return read_here(path, dataset, FileShape::image, most_bytes);
+}
 
 TexelFile read_texels(const std::string& path, const std::string& dataset, double most_bytes) {
   return read_in_process(path, dataset, FileShape::image, most_bytes);

@@ -104,6 +104,9 @@ std::string RunHasher::hash(const Case& source, bool estimates_error) {
 const std::string& RunHasher::digest_of_file(const std::string& path) {
   const auto known = digests_.find(path);
   if (known != digests_.end()) return known->second;
+  // Opening a pipe would wait for its writer.
+  if (fs::exists(path) && !fs::is_regular_file(path))
+    throw FileError(path + ": is not a regular file");
   std::ifstream file(path, std::ios::binary);
   Digest digest;
   std::array<char, 65536> part{};

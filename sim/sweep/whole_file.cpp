@@ -84,11 +84,14 @@ void flush_file(const std::filesystem::path& path) {
 }
 
 std::optional<std::string> read_whole_file(const std::filesystem::path& path) {
-  const Descriptor file(path, O_RDONLY);
+  const Descriptor file(path, O_RDONLY | O_NONBLOCK);  // which does not wait for a writer of a pipe
   if (file.number() < 0) {
     if (errno == ENOENT || errno == ENOTDIR) return std::nullopt;
     fail(path, "cannot be read", errno);
   }
+  struct stat status {};
+  if (fstat(file.number(), &status) == 0 && !S_ISREG(status.st_mode))
+    throw FileError(path.string() + ": is not a regular file");
   std::string text;
   std::array<char, 65536> part{};
   while (true) {

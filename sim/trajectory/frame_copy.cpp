@@ -1,6 +1,7 @@
 #include "sim/trajectory/frame_copy.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <system_error>
 
@@ -25,13 +26,27 @@ bool has_same_bodies(const TrajectoryReader& from, const TrajectoryLayout& layou
       });
 }
 
-CopiedLists read_lists(const TrajectoryReader& from, int frames, const TrajectoryLayout& layout) {
+// Returns the numbers of steps before the frames. Throws FileError if they do not grow.
+std::vector<std::int64_t> counts_of_steps(const std::string& path,
+                                          const std::vector<double>& series) {
+  constexpr double most = 1e15;  // which a double counts exactly
+  std::vector<std::int64_t> counts;
+  for (const double steps : series) {
+    const bool is_count = steps >= 0 && steps <= most && steps == std::floor(steps);
+    if (!is_count || (!counts.empty() && static_cast<std::int64_t>(steps) < counts.back()))
+      throw FileError(path + ": series/steps does not count the steps before each frame");
+    counts.push_back(static_cast<std::int64_t>(steps));
+  }
+  return counts;
+}
+
+CopiedLists read_lists(const std::string& path, const TrajectoryReader& from, int frames,
+                       const TrajectoryLayout& layout) {
   CopiedLists lists;
   for (const auto& series : layout.series) lists.series.push_back(from.series_values(series.name));
   for (const TrajectoryRecord& record : layout.records)
     lists.records.push_back(from.record_values(record.path));
-  for (const double steps : from.series_values("steps"))
-    lists.steps_before.push_back(static_cast<std::int64_t>(steps));
+  lists.steps_before = counts_of_steps(path, from.series_values("steps"));
   const std::int64_t all = frames == 0 ? 0 : lists.steps_before[frames - 1];
   for (const auto& series : layout.step_series)
     lists.steps.push_back(from.step_values(series.name, all));
@@ -104,7 +119,7 @@ void copy_frames(const std::string& path, int frames, const TrajectoryLayout& la
     throw FileError(path + ": cannot be continued: it has other bodies or fields than this case");
   if (frames > from.frames())
     throw FileError(path + ": cannot be continued: it lacks frames that its checkpoint counts");
-  const CopiedLists lists = read_lists(from, frames, layout);
+  const CopiedLists lists = read_lists(path, from, frames, layout);
   std::int64_t step = 0;
   for (int frame = 0; frame < frames; ++frame) {
     std::vector<double> series, records, step_rows;

@@ -68,6 +68,9 @@ bool has(hid_t group, const std::string& name) {
   return H5Lexists(group, name.c_str(), H5P_DEFAULT) > 0;
 }
 
+// Largest number of pairs of sewn particles. Four numbers per pair can then be counted by an int.
+constexpr hsize_t most_pairs = std::numeric_limits<int>::max() / 4;
+
 std::vector<Vec3> to_vectors(const std::vector<double>& values) {
   std::vector<Vec3> result(values.size() / 3);
   for (std::size_t i = 0; i < result.size(); ++i) {
@@ -178,7 +181,8 @@ void TrajectoryReader::Implementation::read_sewn() {
   const std::vector<hsize_t> shape = access.dimensions(dataset.get());
   if (shape.size() != 2 || shape[1] != 4 || !hdf5::holds_numbers(dataset.get()))
     access.reject("dataset sewn is not a list of pairs");
-  access.require_stored(dataset.get(), "sewn", static_cast<double>(4 * shape[0]));
+  access.require_stored(dataset.get(), "sewn", 4 * static_cast<double>(shape[0]));
+  if (shape[0] > most_pairs) access.reject("dataset sewn claims more pairs than can be numbered");
   std::vector<int> numbers(4 * shape[0]);
   access.check(
       H5Dread(dataset.get(), H5T_NATIVE_INT, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()),
@@ -202,7 +206,8 @@ void TrajectoryReader::Implementation::find_records(const std::string& group,
   for (const std::string& name : access.members(parent.get())) {
     const std::string path = group + "/" + name;
     H5O_info_t info;
-    access.check(H5Oget_info_by_name(file.get(), path.c_str(), &info, H5P_DEFAULT), "read " + path);
+    access.check(H5Oget_info_by_name(file.get(), path.c_str(), &info, hdf5::own_datasets()),
+                 "read " + path);
     if (info.type == H5O_TYPE_GROUP) {
       if (std::ranges::count(path, '/') > 2) access.reject("group " + path + " is too deep");
       find_records(path, channel);
@@ -227,7 +232,12 @@ std::vector<TrajectoryField> TrajectoryReader::Implementation::read_fields(hid_t
     if (!has_channel && name != "velocity") continue;
     const std::string channel =
         has_channel ? access.read_string(dataset.get(), "channel") : "velocity";
-    const int components = access.dimensions(dataset.get()).size() == axes ? 3 : 1;
+    std::vector<hsize_t> shape = access.dimensions(dataset.get());
+    const int components = shape.size() == axes ? 3 : 1;
+    double entries = 1;  // of the complete frames
+    if (!shape.empty()) shape[0] = std::min<hsize_t>(shape[0], times.size());
+    for (const hsize_t size : shape) entries *= static_cast<double>(size);
+    access.require_stored(dataset.get(), name, entries);
     fields.push_back({name, access.read_string(dataset.get(), "units"), channel, components});
   }
   return fields;

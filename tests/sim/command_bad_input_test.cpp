@@ -295,6 +295,30 @@ TEST_F(CommandBadInput, RefusesAPipe) {
                  "pipe.h5: is not a regular file\n");
 }
 
+// Opening a pipe waits until another process writes to it.
+TEST_F(CommandBadInput, RefusesPipesInAllPlacesOfFiles) {
+  ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+  expect_case_refused({"pipe"}, "pipe: is not a regular file\n");
+  write("include.toml", sheet_case + std::string("[[include]]\npath = \"pipe\"\n"));
+  expect_case_refused({"include.toml"}, "include.toml:8:8: \"pipe\" is not a regular file\n");
+  write("shape.toml",
+        "[[body]]\nname = \"sheet\"\nshape = { type = \"file\", path = \"pipe\", dataset = \"x\" "
+        "}\n");
+  expect_case_refused({"shape.toml"}, "shape.toml:3:33: no file \"pipe\"\n");
+  write("sheet.toml", sheet_case);
+  write("sweep.toml", "case = \"pipe\"\n[factors]\n\"contact.friction\" = { list = [0.1] }\n");
+  expect_refused({"sweep", "sweep.toml", "--dry-run"}, exit_code::bad_case,
+                 "sweep.toml:1:8: \"pipe\" is not a regular file\n"
+                 "  expected a case file, here pipe\n");
+  expect_refused({"sweep", "pipe", "--dry-run"}, exit_code::bad_case,
+                 "pipe: is not a regular file\n  expected a sweep file\n");
+  const WeftProcess::Arguments run{"run", "sheet.toml", "--quiet", "-o", "made"};
+  ASSERT_EQ(weft(run, limit_time).code, exit_code::done);
+  std::filesystem::rename(path("pipe"), path("made/sheet.checkpoint"));
+  expect_refused({"run", "sheet.toml", "--resume", "-o", "made"}, exit_code::input_output,
+                 "made/sheet.checkpoint: is not a regular file\n");
+}
+
 TEST_F(CommandBadInput, RefusesALongKeyAtOnce) {
   const auto refusal = [&](std::size_t length) {
     write("key.toml", std::string(length, 'a') + " = 1\n" + sheet_case);
@@ -311,6 +335,21 @@ TEST_F(CommandBadInput, RefusesALongKeyAtOnce) {
       << message.substr(0, 300);
 }
 
+// The character marks places of overrides within Weft.
+TEST_F(CommandBadInput, TakesFilesOfOddNames) {
+  const std::string name = "\x1e.toml";
+  write(name, "title = 1\n");
+  expect_case_refused({name}, "\\x1e.toml:1:9: \"title\" is a whole number\n");
+}
+
+// A comparison of two such names would take 80 GB of memory.
+TEST_F(CommandBadInput, RefusesLongNamesOfWhatIsNotThere) {
+  const std::string name(100'000, 'm');
+  write("names.toml",
+        sheet_case + ("material = \"" + name + "x\"\n") + "[material." + name + "]\n");
+  expect_case_refused({"names.toml"}, "names.toml:7:12: ");
+}
+
 TEST_F(CommandBadInput, RefusesDeepKeysAndLongFiles) {
   std::string deep = "a";
   for (int part = 0; part < 1'000'000; ++part) deep += ".a";
@@ -319,7 +358,7 @@ TEST_F(CommandBadInput, RefusesDeepKeysAndLongFiles) {
   write("sheet.toml", sheet_case);
   expect_case_refused({"sheet.toml", "--set", "title={" + deep.substr(0, 100'000) + "=1}"},
                       "a key of too many parts in the value\n");
-  expect_case_refused({"/dev/zero"}, "/dev/zero: is longer than 8 MiB\n");
+  expect_case_refused({"/dev/zero"}, "/dev/zero: is not a regular file\n");
 }
 
 TEST_F(CommandBadInput, RefusesMoreThreadsThanThereCanBe) {
