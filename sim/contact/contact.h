@@ -113,6 +113,9 @@ class Contact {
   std::size_t pairs_in_reach() const { return surface_.pairs().size(); }
   // Returns the pairs in reach at the last evaluate(). Their nodes are surface points.
   std::span<const ContactPair> pairs() const { return surface_.pairs(); }
+  // Sets one mark per dynamic particle, nonzero for particles of the pairs in reach at the last
+  // evaluate().
+  void mark_particles_in_reach(std::vector<char>& marks) const;
   // Returns one mark per body, nonzero for sleeping bodies that a dynamic body has touched
   // (SurfaceContact::touched()).
   std::span<const char> touched() const { return surface_.touched(); }
