@@ -104,6 +104,16 @@ struct EnergyDriftOptions {
 };
 int run_energy_drift(const EnergyDriftOptions& options);
 
+// Linearly implicit steps (euler, newton = 1) of several lengths on case files: CPU time,
+// crossings, stretch and gain of energy. Returns 1 if a run fails or surfaces cross.
+struct PreviewOptions {
+  std::vector<std::string> cases;
+  std::vector<std::string> overrides;        // of the cases: KEY=VALUE
+  std::vector<int> rates{30, 60, 120, 240};  // steps per second
+  bool json = false;
+};
+int run_preview(const PreviewOptions& options);
+
 // Time and memory of the first steps of a case against the size of its first body's image.
 struct ScalingOptions {
   std::string path;                    // of the case

@@ -25,6 +25,7 @@ struct Arguments {
   LinearSolverOptions linear_solver;
   AccuracyOptions accuracy;
   EnergyDriftOptions energy_drift;
+  PreviewOptions preview;
   ScalingOptions scaling;
   StabilityOptions stability;
   CalibrateOptions calibrate;
@@ -156,6 +157,15 @@ void add_accuracy(CLI::App& sub, Arguments& arguments) {
       ->capture_default_str();
   sub.add_flag("--json", options.json, "Print JSON instead of tables");
   sub.add_option("--plot", options.plot, "SVG file of the chart");
+}
+
+void add_preview(CLI::App& sub, Arguments& arguments) {
+  PreviewOptions& options = arguments.preview;
+  sub.add_option("case", options.cases, "Case files")->required()->check(CLI::ExistingFile);
+  sub.add_option("--set", options.overrides, "Override a key of the cases: KEY=VALUE")
+      ->allow_extra_args(false);
+  add_numbers(sub, "--rates", options.rates, 1, 100'000, "Steps per second");
+  sub.add_flag("--json", options.json, "Print one JSON object instead of a table");
 }
 
 void add_energy_drift(CLI::App& sub, Arguments& arguments) {
@@ -342,6 +352,8 @@ constexpr std::array experiments{
     Experiment{"energy-drift", "Run time against the drift of energy, for the same methods",
                add_energy_drift,
                [](const Arguments& a) { return run_energy_drift(a.energy_drift); }},
+    Experiment{"preview", "Linearly implicit steps: time, crossings, stretch and energy",
+               add_preview, [](const Arguments& a) { return run_preview(a.preview); }},
     Experiment{"scaling", "Time and memory of a run by the size of its images", add_scaling,
                [](const Arguments& a) { return run_scaling(a.scaling); }},
     Experiment{"stability", "Extreme cases: each finishes correctly or reports why not",

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cstdint>
 
+#include "sim/base/step_census.h"
+
 namespace weft::sim {
 
 struct Counters {
@@ -31,6 +33,7 @@ struct IntegratorCounts {
   std::int64_t linear_iterations = 0;
   std::int64_t linear_setups = 0;
   std::int64_t restarts = 0;  // restarts of the method without its history
+  StepCensus census;          // of the accepted steps
 
   IntegratorCounts& operator+=(const IntegratorCounts& more) {
     steps += more.steps;
@@ -41,6 +44,7 @@ struct IntegratorCounts {
     linear_iterations += more.linear_iterations;
     linear_setups += more.linear_setups;
     restarts += more.restarts;
+    census += more.census;
     return *this;
   }
 };

@@ -63,9 +63,10 @@ Table describe(TimeCase& target) {
           .not_with("accuracy"),
       field("newton", &newton, "", at_least(0),
             "Newton iterations per step. 1: linearly implicit steps. 0: iterations until they "
-            "converge to the tolerances. With contact and a moving pin or obstacle, further "
-            "iterations follow while a particle's velocity is wrong by more than a tenth of the "
-            "fastest.")
+            "converge to the tolerances. With contact, iterations are solved again while surfaces "
+            "would meet, and steps that stretch edges by 0.05 or gain energy are halved. With a "
+            "moving pin or obstacle too, further iterations follow while a particle's velocity is "
+            "wrong by more than a tenth of the fastest.")
           .only_for("method", {"euler", "implicit_midpoint"})
           .not_with("accuracy"),
       field("maximum_order", &order, "", {1, 5},

@@ -65,6 +65,26 @@ Json counters_json(const Counters& counters) {
           {"matrix_assemblies", counters.matrix_assemblies}};
 }
 
+// Returns the non-empty classes of step lengths.
+Json lengths_json(const StepCensus& census) {
+  Json classes = Json::array();
+  const auto& ends = StepCensus::ends;
+  for (std::size_t i = 0; i < census.by_length.size(); ++i) {
+    if (census.by_length[i] == 0) continue;
+    classes.push_back({{"from_s", i == 0 ? 0.0 : ends[i - 1]},
+                       {"to_s", i == ends.size() ? Json() : Json(ends[i])},
+                       {"steps", census.by_length[i]}});
+  }
+  return classes;
+}
+
+Json limits_json(const StepCensus& census) {
+  Json limits = Json::object();
+  for (std::size_t i = 0; i < census.by_limit.size(); ++i)
+    limits[step_limit_names[i]] = census.by_limit[i];
+  return limits;
+}
+
 Json phases_json(const PhaseTimes& phases) {
   return {{"wall_rebuild", phases.rebuild},
           {"wall_traverse", phases.traverse},
@@ -84,6 +104,8 @@ void add_counts(Json& json, const IntegratorCounts& counts) {
   json["linear_iterations"] = counts.linear_iterations;
   json["linear_setups"] = counts.linear_setups;
   json["restarts"] = counts.restarts;
+  json["step_lengths"] = lengths_json(counts.census);
+  json["step_limits"] = limits_json(counts.census);
 }
 
 // Returns the report of `weft modes` or `weft buckling` with an empty list of modes.

@@ -230,6 +230,22 @@ void Contact::find_loaded_obstacles(std::vector<int>& particles) const {
   particles.erase(std::unique(particles.begin(), particles.end()), particles.end());
 }
 
+void Contact::mark_particles_in_reach(std::vector<char>& marks) const {
+  marks.assign(scene_.dynamic_particles, 0);
+  for (const ContactPair& pair : surface_.pairs()) {
+    for (const int node : pair.nodes) {
+      if (node >= scene_.dynamic_points) continue;
+      if (scene_.surface_map.is_identity()) {
+        marks[node] = 1;
+      } else {
+        for (const auto& share : scene_.surface_map.shares(node)) {
+          if (is_dynamic(share.particle)) marks[share.particle] = 1;
+        }
+      }
+    }
+  }
+}
+
 double Contact::energy() const {
   double sum = 0;
   for (const ContactPair& pair : surface_.pairs()) sum += pair.energy;

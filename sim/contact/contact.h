@@ -43,6 +43,13 @@ struct Wrench {
   }
 };
 
+// The path of a step: straight paths of all particles (m) but for `stray`, within `duration` (s).
+struct StepPath {
+  PlacedParticles start, end;
+  PathStray stray;
+  double duration = 0;
+};
+
 // Contact of surfaces as forces on particles. Positions x and velocities v of particles give those
 // of surface points, S x and S v (sim/scene/surface_map.h). SurfaceContact finds the contact forces
 // g on these points, and the transpose maps them to forces on particles, f = S^T g. If all points
@@ -113,6 +120,9 @@ class Contact {
   std::size_t pairs_in_reach() const { return surface_.pairs().size(); }
   // Returns the pairs in reach at the last evaluate(). Their nodes are surface points.
   std::span<const ContactPair> pairs() const { return surface_.pairs(); }
+  // Sets one mark per dynamic particle, nonzero for particles of the pairs in reach at the last
+  // evaluate().
+  void mark_particles_in_reach(std::vector<char>& marks) const;
   // Returns one mark per body, nonzero for sleeping bodies that a dynamic body has touched
   // (SurfaceContact::touched()).
   std::span<const char> touched() const { return surface_.touched(); }
@@ -139,6 +149,28 @@ class Contact {
   // surfaces may meet on it. Unlike check_path(), it does not require a gap.
   [[nodiscard]] std::optional<ContactFault> check_crossing(const PlacedParticles& start,
                                                            const PlacedParticles& end);
+  // A stop is a damper on a pair of features that would meet during a long step. It slows their
+  // approach at the end of the step to the speed that uses up the room between them (Meeting), so
+  // that the linearised step ends before they meet. Its force is linear in that speed and acts only
+  // against an approach. A stop therefore adds no energy.
+  //
+  // add_stops() finds the pairs that would meet on a path and makes stops for those that have none
+  // yet. Stops that pull at the `velocity` (m/s, by dynamic particle) of the end of the path are
+  // removed. `diagonal` has the diagonal blocks (kg) of the matrix of the step, by dynamic
+  // particle: a stop is a hundred times as stiff. Sets *added to the number of new stops. Returns a
+  // fault only if a position is not finite.
+  [[nodiscard]] std::optional<ContactFault> add_stops(const StepPath& path, double gamma,
+                                                      std::span<const Vec3> velocity,
+                                                      std::span<const Mat3> diagonal, int* added);
+  // Adds the stops to pairs(), until the next evaluate(), and their forces (N) at the velocities of
+  // the dynamic particles (m/s) to `force`. Replaces the stops of an earlier call.
+  void apply_stops(std::span<const Vec3> velocity, std::span<Vec3> force);
+  // Removes all stops, also from pairs().
+  void clear_stops() {
+    stops_.clear();
+    surface_.remove_added_pairs();
+  }
+  bool has_stops() const { return !stops_.empty(); }
   // Sets *smallest_gap to the smallest gap (m) of the candidates at `position`, or to infinity if
   // there are no candidates. The candidates include all pairs within the range. Returns a fault if
   // a gap is not positive, if two neighbours touch, or if a position is not finite.
@@ -166,6 +198,14 @@ class Contact {
     std::vector<double> weights;
     std::vector<Mat3> levers;
   };
+
+  struct Stop {
+    ContactPair pair;
+    double allowed =
+        0;  // slope of the distance from which on the stop acts (m/s); usually negative
+  };
+  double closing_rate(const ContactPair& pair, std::span<const Vec3> velocity) const;
+  double stop_damping(const ContactPair& pair, double gamma, std::span<const Mat3> diagonal) const;
 
   std::span<const Vec3> all_points(std::span<const Vec3> position) {
     return scene_.surface_map.points_of(position, scene_.point_count, now_.position);
@@ -196,6 +236,7 @@ class Contact {
   const Scene& scene_;
   SurfaceContact surface_;
   Points now_, start_, end_;  // now_: at evaluations; start_, end_: at the ends of a path
+  std::vector<Stop> stops_;
   std::vector<double> body_stray_, point_stray_;  // m, by body and by dynamic point
   std::vector<int> curved_bodies_;                // indices of the shells
   // m, by body: bound of the distance of a shell that is not dynamic from its triangles

@@ -41,6 +41,19 @@ bsi::FourParticles points_of(bool edges, const SurfaceFeatures& first,
   return {first.vertex(pair.a), a, b, c};
 }
 
+// Replaces the slope of friction by its secant, the force divided by the sliding speed. The slope
+// of full friction is zero along the sliding velocity. A single correction would then apply the
+// whole friction of the start of a long step, whatever is left of the sliding at its end, and throw
+// light vertices back. With the secant, friction at most ends the sliding.
+void use_secant(const Vec3& normal, Sliding& sliding) {
+  const double size = sliding.force.norm();
+  if (size == 0) return;
+  // Across the sliding velocity, the slope is the secant already.
+  const Vec3 across = normal.cross(sliding.force) / size;
+  const double secant = across.dot(sliding.slope * across);
+  sliding.slope = secant * (Mat3::Identity() - normal * normal.transpose());
+}
+
 }  // namespace
 
 // Returns an upper bound of the stray of both features together, m. A point of a feature is a
@@ -289,6 +302,7 @@ std::optional<Vec3> SurfaceContact::obstacle_spin(const std::array<int, 4>& node
 
 void SurfaceContact::clear() {
   pairs_.clear();
+  added_pairs_ = 0;
   sliding_.clear();
   mollified_.clear();
 }
@@ -396,6 +410,7 @@ void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features,
     auto sliding = friction_of(law, kind, barrier_push, closest, points, velocity,
                                obstacle_spin(pair.nodes), pair);
     if (sliding) {
+      if (definite_ && scene_.source.time.newton > 0) use_secant(pair.normal, *sliding);
       if (definite_ && coefficient < 0) sliding->slope.setZero();
       pair.sliding = static_cast<int>(found.sliding.size());
       found.sliding.push_back(*sliding);

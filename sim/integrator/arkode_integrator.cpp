@@ -87,6 +87,7 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   }
   void forget() override { arkode_time_ = std::numeric_limits<double>::quiet_NaN(); }
   Trouble trouble_of(int flag, double& end);
+  void note_error();
   double work() const;
   IntegratorCounts counts_of_solvers() const;
   void reconsider();
@@ -189,7 +190,18 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
   end = arkode_time_;
   propose(end - time());
   std::copy(values(y_).begin(), values(y_).end(), y.begin());
+  note_error();
   return Trouble::none;
+}
+
+void ArkodeIntegrator::note_error() {
+  N_Vector error = N_VClone(y_), weight = N_VClone(y_);
+  ARKStepGetEstLocalErrors(arkode_, error);
+  ARKStepGetErrWeights(arkode_, weight);
+  N_VProd(error, weight, error);
+  set_error_limit(largest_error_part(dynamics(), values(error)));
+  N_VDestroy(error);
+  N_VDestroy(weight);
 }
 
 // Sets ARKODE's stop time to the latest end that motions allow. Returns false if no step is short

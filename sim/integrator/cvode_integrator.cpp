@@ -69,6 +69,7 @@ struct CvodeIntegrator::Implementation {
   int assemble(double t, N_Vector state);
   void choose_matrix_interval();
   void find_swing();
+  void take_census();
   std::optional<Failure> follow_motions();
   void begin_anew();
   void begin_without_history();
@@ -97,6 +98,8 @@ struct CvodeIntegrator::Implementation {
   int matrix_interval = 1, smooth_steps_so_far = 0;
   long iterations_before_step = 0, failures_before_step = 0;
   int tight_steps_left = 0;
+  std::int64_t vetoes_before_step = 0;
+  StepCensus census;
   bool has_last_step = false;  // true if CVODE can interpolate within the last step
   VetoWindow veto_window;
   std::optional<ContactFault> last_fault;
@@ -183,6 +186,21 @@ int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out
 int CvodeIntegrator::Implementation::assemble(double t, N_Vector state) {
   dynamics.assemble(t, values(state), Definiteness::semi_definite);
   return 0;
+}
+
+// Adds the last step to the census. To be called after find_swing(), which forms the weighted
+// error, and before choose_matrix_interval(), which counts the failures of the step.
+void CvodeIntegrator::Implementation::take_census() {
+  StepLimit limit = StepLimit::given;
+  if (vetoes != vetoes_before_step) {
+    limit = StepLimit::surfaces;
+  } else if (count(CVodeGetNumNonlinSolvConvFails) != failures_before_step) {
+    limit = StepLimit::convergence;
+  } else {
+    limit = largest_error_part(dynamics, values(step_error));
+  }
+  vetoes_before_step = vetoes;
+  census.add(accepted.time() - accepted.start_time(), limit);
 }
 
 void CvodeIntegrator::Implementation::choose_matrix_interval() {
@@ -344,8 +362,9 @@ std::optional<Failure> CvodeIntegrator::step() {
   if (flag < 0) return self.failure(flag);
   self.accept(self.time);
   self.has_last_step = true;
-  self.choose_matrix_interval();
   self.find_swing();
+  self.take_census();
+  self.choose_matrix_interval();
   return self.too_many_vetoes();
 }
 
@@ -395,8 +414,8 @@ void CvodeIntegrator::transfer(StateArchive& archive) {
   IntegratorCounts so_far = self.counts();
   self.accepted.transfer(archive);
   self.veto_window.transfer(archive);
-  archive(so_far, self.vetoes, self.restarts, self.matrix_interval, self.smooth_steps_so_far,
-          self.tight_steps_left);
+  archive(so_far, self.vetoes, self.vetoes_before_step, self.census, self.restarts,
+          self.matrix_interval, self.smooth_steps_so_far, self.tight_steps_left);
   if (!archive.reads()) return;
   self.begin_without_history();
   self.earlier = so_far;
@@ -417,6 +436,7 @@ IntegratorCounts CvodeIntegrator::Implementation::counts() const {
   counts.linear_iterations = earlier.linear_iterations + count(CVodeGetNumLinIters);
   counts.linear_setups = earlier.linear_setups + count(CVodeGetNumLinSolvSetups);
   counts.restarts = restarts;
+  counts.census = census;
   return counts;
 }
 

@@ -51,7 +51,11 @@ class EulerIntegrator final : public StageIntegrator {
       set_place(worst_particle(error_, weight_));
       return Trouble::error_too_large;
     }
-    for (std::size_t i = 0; i < y.size(); ++i) rate_[i] = (y[i] - state()[i]) / h;
+    for (std::size_t i = 0; i < y.size(); ++i) {
+      rate_[i] = (y[i] - state()[i]) / h;
+      error_[i] *= weight_[i];
+    }
+    set_error_limit(largest_error_part(dynamics(), error_));
     return Trouble::none;
   }
   void pass_event(bool) override { event_time_ = time(); }

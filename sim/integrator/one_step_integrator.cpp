@@ -28,6 +28,14 @@ bool is_veto(StepTrouble trouble) {
   return trouble == StepTrouble::surfaces || trouble == StepTrouble::overstretched;
 }
 
+// Returns what limits a step after a trial that failed by `trouble`. After a failed error test, the
+// error of the accepted trial tells more.
+std::optional<StepLimit> limit_of(StepTrouble trouble) {
+  if (is_veto(trouble)) return StepLimit::surfaces;
+  if (trouble == StepTrouble::error_too_large) return std::nullopt;
+  return StepLimit::convergence;
+}
+
 }  // namespace
 
 OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -82,20 +90,24 @@ std::optional<Failure> OneStepIntegrator::step() {
   if (counts_.steps == 0) {
     if (auto reason = refusal()) return reason;
   }
+  std::optional<StepLimit> failed;  // cause of the last failed trial
   for (;;) {
     dynamics_.begin_step(time());
     const auto next = next_time();
     if (!next) return stopped_;
     double end = *next;
     const std::span<double> y = accepted_.begin_trial();
+    limit_ = StepLimit::given;
     Trouble trouble = attempt(end, y);
     if (trouble == Trouble::none) trouble = check_path(end, y);
     if (trouble == Trouble::none) {
+      if (failed) limit_ = *failed;
       accept(end);
       return too_many_vetoes();
     }
     if (stopped_) return stopped_;
     count(trouble);
+    failed = limit_of(trouble);
     // After a failed error test, the method has already proposed the next length.
     if (trouble != Trouble::error_too_large) size_ = (end - time()) / 2;
     if (is_veto(trouble)) longest_after_veto_ = size_;
@@ -127,6 +139,7 @@ OneStepIntegrator::Trouble OneStepIntegrator::check_path(double time, std::span<
 void OneStepIntegrator::accept(double time) {
   accepted_.accept(time);
   ++counts_.steps;
+  counts_.census.add(last_step(), limit_);
   if (motion_limits_.apply()) {
     window_allowed_ += allowed_;
     accepted_.place_pins();

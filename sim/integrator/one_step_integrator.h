@@ -68,6 +68,8 @@ class OneStepIntegrator : public Integrator {
   // Returns the trouble of a trial that fault() blocks.
   Trouble trouble_of_fault() const { return fault_ ? trouble_of(*fault_) : Trouble::surfaces; }
   void set_place(int particle) { place_ = particle; }
+  // Names the largest part of the error of a successful trial.
+  void set_error_limit(StepLimit limit) { limit_ = limit; }
   int place() const { return place_; }
   // Asks for a reason to stop, between the parts of a long trial. If it returns true, the trial
   // must return a Trouble other than `none`. step() then fails with the reason.
@@ -116,7 +118,8 @@ class OneStepIntegrator : public Integrator {
   double window_allowed_ = 0;  // sum of allowed_ over the window's steps (s)
   double allowed_ = 0;         // length that motions allow for the present trial (s)
   int place_ = -1;
-  std::optional<Failure> stopped_;  // reason why the present step must end
+  StepLimit limit_ = StepLimit::given;  // what limits the present step
+  std::optional<Failure> stopped_;      // reason why the present step must end
 };
 
 }  // namespace weft::sim

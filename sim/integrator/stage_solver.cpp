@@ -50,6 +50,17 @@ constexpr int largest_newton_count = 20;
 // convergence is unlikely.
 constexpr int most_whole_corrections = 12;
 
+// With contact, a step by a given number of corrections is too long if the largest stretch grows by
+// more than `largest_stretch_growth`, or if motion and strain gain more energy than contact gives
+// and `largest_gain` of the kinetic energy. Corrections move particles on straight lines: an edge
+// that turns by the angle a in a step is stretched by a^2 / 2 (docs/decisions/0080).
+constexpr double largest_stretch_growth = 0.05;
+constexpr double largest_gain = 0.005;
+
+// Limit of the solves of one correction. All but the last are followed by new stops. If surfaces
+// still meet after it, a shorter step is cheaper.
+constexpr int most_solves = 5;
+
 // Limit of the number of times that a correction is halved. Beyond it, a shorter step is cheaper.
 constexpr int most_cuts = 8;
 
@@ -89,6 +100,11 @@ struct StageSolver::Implementation {
   Outcome iterate(int strategy, int most_iterations);
   bool is_driven() const;
   bool leaves_small_residual(std::span<const double> residual);
+  bool conserves_energy() const;
+  bool is_too_long(const Energies& before, std::span<const double> y);
+  void add_stop_forces(std::span<const double> y);
+  Outcome correct(std::span<double> y);
+  bool add_stops(std::span<const double> y, int* added);
   Outcome iterate_by_number(std::span<double> y);
 
   const Scene& scene;
@@ -113,6 +129,9 @@ struct StageSolver::Implementation {
   // Views of the state of the last assembly, and of the last residual.
   std::span<const double> linearised_at, last_residual;
   std::vector<double> trial;
+  std::vector<double> free_residual;  // residual without the forces of stops
+  std::vector<Mat3> diagonal;         // of the linear system, without stops
+  std::vector<Vec3> stop_force;
   std::vector<Vec3> position, velocity;
   std::optional<ContactFault> fault;
 };
@@ -318,37 +337,111 @@ bool StageSolver::Implementation::leaves_small_residual(std::span<const double> 
          velocity_tolerance(scene.source.time) + largest_driven_residual * std::sqrt(fastest);
 }
 
-// Applies the given number of corrections to `y`. With contact and prescribed motion, further
-// corrections follow until the residual is small. A single correction moves cloth only partly out
-// of the barrier of an obstacle that has moved by its full step. The gap would then shrink with
-// every step until it vanishes.
-StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<double> y) {
+// True if nothing but contact and damping changes the sum of the energies.
+bool StageSolver::Implementation::conserves_energy() const {
+  return !dynamics.varies() && !dynamics.has_external_forces() &&
+         std::none_of(scene.prescribed.begin(), scene.prescribed.end(),
+                      [](const PrescribedMotion& held) { return held.moves; });
+}
+
+// True if the step to `y` stretches edges too much or gains energy. `before` are the energies at
+// the start of the step. Precondition: the last evaluation of the forces was at `y`.
+bool StageSolver::Implementation::is_too_long(const Energies& before, std::span<const double> y) {
+  dynamics.expand(time, y, position, velocity);
+  if (dynamics.largest_stretch(position) >
+      std::max(dynamics.largest_stretch(*start), 0.0) + largest_stretch_growth)
+    return true;
+  if (!conserves_energy()) return false;
+  const Energies after = dynamics.energies_at_last_rate(time, y);
+  const double gain = (after.total() - after.contact) - (before.total() - before.contact);
+  const double given = std::max(before.contact - after.contact, 0.0);
+  return gain > given + largest_gain * after.kinetic;
+}
+
+// Applies the stops of contact, and subtracts their accelerations times gamma from the residual.
+void StageSolver::Implementation::add_stop_forces(std::span<const double> y) {
+  Contact* const contact = dynamics.contact();
+  if (contact == nullptr || !contact->has_stops()) return;
+  stop_force.assign(scene.dynamic_particles, Vec3::Zero());
+  contact->apply_stops(StateView::of(y).velocity, stop_force);
+  dynamics.mass().solve(stop_force);
+  auto* const residual_of = reinterpret_cast<Vec3*>(right.data()) + scene.dynamic_particles;
+  for (int i = 0; i < scene.dynamic_particles; ++i) {
+    if (scene.pinned[i] == 0) residual_of[i] -= gamma * stop_force[i];
+  }
+}
+
+// Makes stops for the surfaces that would meet on the way to `y`. Returns false if that fails.
+bool StageSolver::Implementation::add_stops(std::span<const double> y, int* added) {
+  dynamics.expand(time, y, position, velocity);
+  auto bad = dynamics.add_stops(start_time, *start, time, position, gamma,
+                                StateView::of(y).velocity, diagonal, added);
+  if (bad) fault = bad;
+  return !bad;
+}
+
+// Adds one correction to `y`, whose residual is in `right`. With contact, surfaces that would meet
+// on the way get stops, and the system is solved again.
+StageSolver::Outcome StageSolver::Implementation::correct(std::span<double> y) {
+  ++newton_iterations;
+  static_cast<void>(assemble(y));
+  PhaseTimer timer(dynamics.statistics().phases.linear_solve);
+  system->set_up(gamma);
+  const bool may_meet = dynamics.contact() != nullptr;
+  if (may_meet) {
+    diagonal.resize(scene.dynamic_particles);
+    system->find_diagonal(diagonal);
+    free_residual = right;
+  }
   const int count = static_cast<int>(y.size());
-  error_weights(scene.source.time, y, weight);
-  const bool is_judged = dynamics.contact() != nullptr && is_driven();
-  for (int corrections = 0;; ++corrections) {
-    const bool is_enough = corrections >= newton_count;
-    // With contact, the forces after the last correction are evaluated, too. They reveal surfaces
-    // that this correction moved into each other.
-    if (is_enough && dynamics.contact() == nullptr && all_finite(y)) return Outcome::solved;
-    if (residual(y, right) != 0) return Outcome::blocked;
-    if (is_enough && (!is_judged || leaves_small_residual(right))) return Outcome::solved;
-    if (corrections == newton_count + most_whole_corrections) return Outcome::not_converged;
-    ++newton_iterations;
-    static_cast<void>(assemble(y));
-    PhaseTimer timer(dynamics.statistics().phases.linear_solve);
+  for (int solves = 1;; ++solves) {
+    add_stop_forces(y);
     parallel_chunks(count, dynamics.threads(), [&](int first, int last) {
       for (int i = first; i < last; ++i) right[i] = -right[i];
     });
-    system->set_up(gamma);
     const VelocitySystem::Outcome linear = system->solve(
         gamma, right, weight,
         {.error = linear_error_by_number * std::min(1.0, gamma / longest_gamma)}, solution);
     linear_iterations += linear.iterations;
     if (!linear.converged) return Outcome::not_converged;
     parallel_chunks(count, dynamics.threads(), [&](int first, int last) {
-      for (int i = first; i < last; ++i) y[i] += solution[i];
+      for (int i = first; i < last; ++i) solution[i] += y[i];
     });
+    int added = 0;
+    if (may_meet && solves < most_solves && !add_stops(solution, &added)) return Outcome::blocked;
+    if (added == 0) break;
+    std::copy(free_residual.begin(), free_residual.end(), right.begin());
+  }
+  std::copy(solution.begin(), solution.end(), y.begin());
+  return Outcome::solved;
+}
+
+// Applies the given number of corrections to `y`. With contact and prescribed motion, further
+// corrections follow until the residual is small. A single correction moves cloth only partly out
+// of the barrier of an obstacle that has moved by its full step. The gap would then shrink with
+// every step until it vanishes.
+StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<double> y) {
+  error_weights(scene.source.time, y, weight);
+  const bool has_contact = dynamics.contact() != nullptr;
+  if (has_contact) dynamics.contact()->clear_stops();
+  const bool is_judged = has_contact && is_driven();
+  Energies before;
+  for (int corrections = 0;; ++corrections) {
+    const bool is_enough = corrections >= newton_count;
+    // With contact, the forces after the last correction are evaluated, too. They reveal surfaces
+    // that this correction moved into each other.
+    if (is_enough && !has_contact && all_finite(y)) return Outcome::solved;
+    if (residual(y, right) != 0) return Outcome::blocked;
+    if (has_contact && corrections == 0) before = dynamics.energies_at_last_rate(time, y);
+    if (is_enough) {
+      free_residual = right;
+      if (is_judged) add_stop_forces(y);
+      if (!is_judged || leaves_small_residual(right))
+        return is_too_long(before, y) ? Outcome::not_converged : Outcome::solved;
+      right = free_residual;
+    }
+    if (corrections == newton_count + most_whole_corrections) return Outcome::not_converged;
+    if (const Outcome outcome = correct(y); outcome != Outcome::solved) return outcome;
   }
 }
 
@@ -377,7 +470,9 @@ StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const 
   if (self.newton_count > 0) {
     std::copy(a.begin(), a.end(), y.begin());
     if (self.dynamics.pins_move()) self.guess_pins(y);
-    return self.iterate_by_number(y);
+    const Outcome outcome = self.iterate_by_number(y);
+    if (self.dynamics.contact() != nullptr) self.dynamics.contact()->clear_stops();
+    return outcome;
   }
   const std::span<double> u = values(self.u);
   error_weights(self.scene.source.time, a, values(self.residual_scale));

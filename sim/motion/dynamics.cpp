@@ -303,6 +303,17 @@ std::optional<ContactFault> Dynamics::check_path(double start_time, std::span<co
                               placed(end_time, end, path_end_), stray);
 }
 
+std::optional<ContactFault> Dynamics::add_stops(double start_time, std::span<const Vec3> start,
+                                                double end_time, std::span<const Vec3> end,
+                                                double gamma, std::span<const Vec3> velocity,
+                                                std::span<const Mat3> diagonal, int* added) {
+  assert(contact_);
+  const PathStray stray = path_stray(start_time, end_time);
+  return contact_->add_stops({placed(start_time, start, path_start_),
+                              placed(end_time, end, path_end_), stray, end_time - start_time},
+                             gamma, velocity, diagonal, added);
+}
+
 std::optional<ContactFault> Dynamics::check_straight_path(double start_time,
                                                           std::span<const Vec3> start,
                                                           double end_time,

@@ -199,6 +199,13 @@ class Dynamics {
                                                                 std::span<const Vec3> end,
                                                                 bool gap);
 
+  // Calls Contact::add_stops() for the path of check_path(). Precondition: contact is on.
+  [[nodiscard]] std::optional<ContactFault> add_stops(double start_time,
+                                                      std::span<const Vec3> start, double end_time,
+                                                      std::span<const Vec3> end, double gamma,
+                                                      std::span<const Vec3> velocity,
+                                                      std::span<const Mat3> diagonal, int* added);
+
   // True if a force has states in which no accepted step may end.
   bool has_limits() const { return has_limits_; }
   // Returns a fault if the state must not be accepted: a membrane exceeds its strain_limit. Costs

@@ -24,6 +24,19 @@ bool error_weights(const TimeCase& options, std::span<const double> y, std::span
   return true;
 }
 
+StepLimit largest_error_part(const Dynamics& dynamics, std::span<const double> weighted) {
+  const StateView error = StateView::of(weighted);
+  std::vector<char> in_contact(error.position.size(), 0);
+  if (dynamics.contact() != nullptr) dynamics.contact()->mark_particles_in_reach(in_contact);
+  ErrorParts parts;
+  for (std::size_t i = 0; i < error.position.size(); ++i) {
+    auto& [position, velocity] = parts.sum[in_contact[i]];
+    position += error.position[i].squaredNorm();
+    velocity += error.velocity[i].squaredNorm();
+  }
+  return parts.largest();
+}
+
 int worst_particle(std::span<const double> errors, std::span<const double> weights) {
   const StateView error = StateView::of(errors), weight = StateView::of(weights);
   int worst = 0;

@@ -17,22 +17,44 @@ std::size_t best_w_cycle_levels(const Scene& scene, int particles) {
   return needs_w_cycles ? 2 : 0;
 }
 
-// Returns the pattern extended by the couplings of contact pairs in reach.
-std::shared_ptr<const BlockPattern> with_pairs(const BlockPattern& pattern,
-                                               const Contact& contact) {
+// The finest pattern may exceed the one that the present pairs need by this factor.
+constexpr double most_growth = 1.5;
+
+// Calls visit(a, b) for all pairs of dynamic particles that contact pairs in reach couple.
+template <class Visit>
+void visit_couplings(const BlockPattern& pattern, const Contact& contact, const Visit& visit) {
   const int count = pattern.rows();
-  std::vector<std::vector<int>> neighbours(count);
-  for (int row = 0; row < count; ++row) {
-    for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot)
-      neighbours[row].push_back(pattern.column(slot));
-  }
   contact.visit_definite_couplings(0, [&](const Contact::Coupling& coupling) {
     for (const int a : coupling.particles) {
       for (const int b : coupling.particles) {
-        if (a < count && b < count) neighbours[a].push_back(b);
+        if (a < count && b < count) visit(a, b);
       }
     }
   });
+}
+
+bool contains_pairs(const BlockPattern& pattern, const Contact& contact) {
+  bool contains = true;
+  visit_couplings(pattern, contact, [&](int a, int b) {
+    contains = contains && (a == b || pattern.find_slot(a, b) >= 0);
+  });
+  return contains;
+}
+
+std::vector<std::vector<int>> neighbours_of(const BlockPattern& pattern) {
+  std::vector<std::vector<int>> neighbours(pattern.rows());
+  for (int row = 0; row < pattern.rows(); ++row) {
+    for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot)
+      neighbours[row].push_back(pattern.column(slot));
+  }
+  return neighbours;
+}
+
+// Returns the pattern extended by the couplings of contact pairs in reach.
+std::shared_ptr<const BlockPattern> with_pairs(const BlockPattern& pattern,
+                                               const Contact& contact) {
+  std::vector<std::vector<int>> neighbours = neighbours_of(pattern);
+  visit_couplings(pattern, contact, [&](int a, int b) { neighbours[a].push_back(b); });
   return std::make_shared<const BlockPattern>(neighbours);
 }
 
@@ -114,13 +136,49 @@ bool Multigrid::take_finest(const VelocityMatrix& matrix) {
       finest.inverse_diagonal);
 }
 
-bool Multigrid::set_up(const VelocityMatrix& matrix) {
-  if (matrix.has_contact()) {
-    find_patterns(with_pairs(*pattern_, *matrix.dynamics().contact()));
-  } else if (with_contact_) {
-    find_patterns(pattern_);
-  }
+// Makes patterns that contain all couplings of the matrix.
+void Multigrid::choose_patterns(const VelocityMatrix& matrix) {
   with_contact_ = matrix.has_contact();
+  const std::shared_ptr<const BlockPattern>& present = levels_.front().matrix.shared_pattern();
+  if (!with_contact_) {
+    if (present != pattern_) find_patterns(pattern_);
+    return;
+  }
+  const Contact& contact = *matrix.dynamics().contact();
+  if (contains_pairs(*present, contact)) return;
+  auto needed = with_pairs(*pattern_, contact);
+  if (present != pattern_) {
+    auto grown = with_pairs(*present, contact);
+    if (grown->block_count() <= most_growth * needed->block_count()) needed = std::move(grown);
+  }
+  find_patterns(std::move(needed));
+}
+
+void Multigrid::transfer_patterns(StateArchive& archive) {
+  const BlockPattern& present = levels_.front().matrix.pattern();
+  std::vector<int> more;  // row and column of each coupling above the diagonal
+  for (int row = 0; row < present.rows() && &present != pattern_.get(); ++row) {
+    for (int slot = present.diagonal_slot(row) + 1; slot < present.row_end(row); ++slot) {
+      const int column = present.column(slot);
+      if (pattern_->find_slot(row, column) < 0) more.insert(more.end(), {row, column});
+    }
+  }
+  archive(more);
+  if (!archive.reads()) return;
+  if (more.empty()) {
+    if (&present != pattern_.get()) find_patterns(pattern_);
+    return;
+  }
+  std::vector<std::vector<int>> neighbours = neighbours_of(*pattern_);
+  for (std::size_t i = 0; i < more.size(); i += 2) {
+    neighbours[more[i]].push_back(more[i + 1]);
+    neighbours[more[i + 1]].push_back(more[i]);
+  }
+  find_patterns(std::make_shared<const BlockPattern>(neighbours));
+}
+
+bool Multigrid::set_up(const VelocityMatrix& matrix) {
+  choose_patterns(matrix);
   if (!take_finest(matrix)) return false;
   for (std::size_t i = 1; i < levels_.size(); ++i) {
     Level& level = levels_[i];

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "sim/base/state_archive.h"
 #include "sim/solver/galerkin_product.h"
 #include "sim/solver/gauss_seidel.h"
 #include "sim/solver/preconditioner.h"
@@ -16,8 +17,10 @@ namespace weft::sim {
 // Matrices hold their upper halves in single precision, which quarters the memory traffic. Sums are
 // formed in double, which keeps the number of iterations of double matrices.
 //
-// Contact pairs enter the sweeps and the coarse matrices like any other coupling. A set-up with
-// contact therefore finds the patterns of all levels again (docs/decisions/0015).
+// Contact pairs enter the sweeps and the coarse matrices like any other coupling. The patterns of
+// all levels are found again only if a pair couples particles that they do not couple yet. They
+// keep the couplings of earlier pairs, until these have made the finest pattern half as large again
+// as it must be (docs/decisions/0015).
 //
 // If the last set_up() was without contact, the finest level uses the current A, without contact.
 // Otherwise it uses the A of the last set_up(), as the coarse levels always do. The cycle is
@@ -47,6 +50,10 @@ class Multigrid : public Preconditioner {
     return with_contact_ ? std::span<const Vec3>() : residual_;
   }
 
+  // Writes or reads the couplings that earlier contact pairs have left in the patterns. The order
+  // of the sweeps depends on them. Reading makes the patterns; set_up() must follow.
+  void transfer_patterns(StateArchive& archive);
+
   int level_count() const { return static_cast<int>(levels_.size()); }
 
  private:
@@ -60,6 +67,7 @@ class Multigrid : public Preconditioner {
   };
 
   void find_patterns(std::shared_ptr<const BlockPattern> finest);
+  void choose_patterns(const VelocityMatrix& matrix);
   bool take_finest(const VelocityMatrix& matrix);
   bool factor_coarsest();
   void solve_coarsest();
@@ -68,7 +76,7 @@ class Multigrid : public Preconditioner {
   void find_residual(std::size_t level, std::span<Vec3> residual, int threads);
 
   std::shared_ptr<const BlockPattern> pattern_;  // pattern of A without contact
-  bool with_contact_ = false;  // true if the patterns of the levels include contact pairs
+  bool with_contact_ = false;  // true if the matrices of the levels include contact pairs
   std::vector<Level> levels_;  // finest first
   std::vector<Prolongation> prolongations_;  // entry i interpolates from level i + 1 to level i
   // Entry i forms the matrix of level i + 1 from the matrix of level i.

@@ -8,6 +8,10 @@ namespace {
 // (docs/decisions/0016).
 constexpr double multigrid_break_even = 6;
 
+// Number of iterations of block-Jacobi that cost as much as a solve with multigrid and new coarse
+// matrices (docs/decisions/0079).
+constexpr int most_block_jacobi_iterations = 40;
+
 // Number of assemblies whose K rebuilds the coarse matrices after these have worn out within a
 // solve. The assembly of that solve is the first of them.
 constexpr int assemblies_to_rebuild = 10;
@@ -23,7 +27,11 @@ void transfer_creases(StateArchive& archive, CreaseHistory::Creases& creases) {
 }  // namespace
 
 PreconditionerSelection::PreconditionerSelection(Dynamics& dynamics, VelocityMatrix& matrix)
-    : dynamics_(dynamics), matrix_(matrix), frequency_(dynamics) {}
+    : dynamics_(dynamics),
+      matrix_(matrix),
+      frequency_(dynamics),
+      for_block_jacobi_(most_block_jacobi_iterations, dynamics.scene().source.time.preconditioner ==
+                                                          PreconditionerChoice::automatic) {}
 
 std::int64_t PreconditionerSelection::assembly() const {
   return dynamics_.statistics().counters.matrix_assemblies;
@@ -38,7 +46,8 @@ bool PreconditionerSelection::wants_multigrid() {
     case PreconditionerChoice::automatic:
       break;
   }
-  return matrix_.gamma() * highest_frequency() > multigrid_break_even;
+  return matrix_.gamma() * highest_frequency() > multigrid_break_even ||
+         for_block_jacobi_.next_is_hard(matrix_.gamma());
 }
 
 void PreconditionerSelection::make_multigrid() {
@@ -53,6 +62,7 @@ bool PreconditionerSelection::must_rebuild() const {
 
 void PreconditionerSelection::prepare() {
   set_ups_ = 0;
+  may_leave_block_jacobi_ = true;
   if (wants_multigrid()) {
     make_multigrid();
     if (must_rebuild() ? rebuild_coarse_matrices() : multigrid_->update(matrix_)) {
@@ -79,11 +89,21 @@ void PreconditionerSelection::use_block_jacobi() {
 }
 
 void PreconditionerSelection::give_up_multigrid() {
+  may_leave_block_jacobi_ = false;
   is_set_up_ = false;
   use_block_jacobi();
 }
 
 bool PreconditionerSelection::rebuild_if_worn_out(int iterations, double residual) {
+  if (!is_multigrid() && may_leave_block_jacobi_ && for_block_jacobi_.would_be_hard(iterations)) {
+    may_leave_block_jacobi_ = false;
+    static_cast<void>(for_block_jacobi_.takes_too_long(matrix_.gamma(), iterations));
+    make_multigrid();
+    if (!rebuild_coarse_matrices()) return false;
+    chosen_ = multigrid_.get();
+    age_.start(iterations, residual);
+    return true;
+  }
   if (!is_multigrid() || !age_.is_worn_out_by(iterations, residual)) return false;
   age_.start(iterations, residual);
   rebuilt_until_ = assembly() + assemblies_to_rebuild;
@@ -92,7 +112,11 @@ bool PreconditionerSelection::rebuild_if_worn_out(int iterations, double residua
 }
 
 void PreconditionerSelection::finish_solve(int iterations, double residual) {
-  if (is_multigrid()) age_.finish(iterations, residual);
+  if (is_multigrid()) {
+    age_.finish(iterations, residual);
+  } else {
+    static_cast<void>(for_block_jacobi_.takes_too_long(matrix_.gamma(), iterations));
+  }
 }
 
 void PreconditionerSelection::transfer(StateArchive& archive) {
@@ -101,11 +125,14 @@ void PreconditionerSelection::transfer(StateArchive& archive) {
           place.state, place.definiteness, place.gamma, place.load, place.hardness);
   transfer_creases(archive, place.creases);
   age_.transfer(archive);
+  for_block_jacobi_.transfer(archive);
   frequency_.transfer(archive);
-  if (!archive.reads() || !is_set_up_) return;
+  if (!is_set_up_) return;
+  make_multigrid();
+  multigrid_->transfer_patterns(archive);
+  if (!archive.reads()) return;
   dynamics_.assemble_again(place);
   matrix_.form(set_up_gamma_);
-  make_multigrid();
   is_set_up_ = multigrid_->set_up(matrix_);
   dynamics_.set_hardness(1);
 }

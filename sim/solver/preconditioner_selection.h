@@ -8,6 +8,7 @@
 #include "sim/solver/block_jacobi.h"
 #include "sim/solver/coarse_matrix_age.h"
 #include "sim/solver/frequency_estimate.h"
+#include "sim/solver/hard_systems.h"
 #include "sim/solver/multigrid.h"
 #include "sim/solver/velocity_matrix.h"
 
@@ -15,7 +16,9 @@ namespace weft::sim {
 
 // Multigrid or block-Jacobi is chosen if time.preconditioner names it. Otherwise, multigrid is
 // chosen if gamma times the highest frequency makes its set-up worthwhile, else block-Jacobi.
-// Block-Jacobi also replaces multigrid if the matrix proves not to be positive definite.
+// Block-Jacobi also replaces multigrid if the matrix proves not to be positive definite. Multigrid
+// replaces block-Jacobi within a solve that takes too many iterations, and in the systems that
+// follow (hard_systems.h).
 //
 // The coarse matrices are reused until they are worn out (coarse_matrix_age.h). If they wear out
 // within a solve, they are rebuilt at once. During the next nine assemblies, they are rebuilt for
@@ -37,8 +40,9 @@ class PreconditionerSelection {
   // To be called at the end of a solve, with its iterations and its final residual.
   void finish_solve(int iterations, double residual);
   // Rebuilds the coarse matrices if they have worn out within the present solve. The solve
-  // continues with the new matrices or, if they are not positive definite, with block-Jacobi.
-  // Returns true if the preconditioner has changed.
+  // continues with the new matrices or, if they are not positive definite, with block-Jacobi. Takes
+  // multigrid if the solve has taken too many iterations with block-Jacobi. Returns true if the
+  // preconditioner has changed.
   bool rebuild_if_worn_out(int iterations, double residual);
   // Uses block-Jacobi for the rest of the solve; the next solve with multigrid rebuilds the coarse
   // matrices.
@@ -65,6 +69,8 @@ class PreconditionerSelection {
   VelocityMatrix& matrix_;
   FrequencyEstimate frequency_;
   BlockJacobi block_jacobi_;
+  HardSystems for_block_jacobi_;          // systems that take multigrid, though gamma is short
+  bool may_leave_block_jacobi_ = false;   // in the present solve
   std::unique_ptr<Multigrid> multigrid_;  // made at first use
   Preconditioner* chosen_ = &block_jacobi_;
 

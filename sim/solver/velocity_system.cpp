@@ -9,11 +9,19 @@ VelocitySystem::VelocitySystem(Dynamics& dynamics)
       matrix_(dynamics),
       preconditioner_(dynamics, matrix_),
       conjugate_gradients_(matrix_, dynamics.mass(), preconditioner_),
-      factorisation_(dynamics.particle_count(), dynamics.scene().source.time.preconditioner ==
-                                                    PreconditionerChoice::automatic),
+      factorisation_(
+          iterations_per_factorisation(dynamics.particle_count()),
+          dynamics.scene().source.time.preconditioner == PreconditionerChoice::automatic),
       right_side_(dynamics.particle_count()) {}
 
 void VelocitySystem::set_up(double gamma) { matrix_.form(gamma); }
+
+void VelocitySystem::find_diagonal(std::span<Mat3> diagonal) const {
+  const BlockPattern& pattern = *matrix_.pattern();
+  for (int i = 0; i < dynamics_.particle_count(); ++i)
+    diagonal[i] = matrix_.block(i, pattern.diagonal_slot(i));
+  if (dynamics_.contact() != nullptr) dynamics_.contact()->add_diagonal(matrix_.gamma(), diagonal);
+}
 
 void VelocitySystem::transfer(StateArchive& archive) {
   factorisation_.transfer(archive);
@@ -94,7 +102,7 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
                                               std::span<const double> weight, const Goal& goal,
                                               std::span<double> correction) {
   Outcome outcome;
-  if (factorisation_.next_is_factorised(gamma)) {
+  if (factorisation_.next_is_hard(gamma)) {
     factorise(gamma, b, correction, outcome);
     return outcome;
   }
@@ -107,8 +115,7 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
   outcome = conjugate_gradients_.solve(right_side_, StateView::of(weight).velocity, goal, dv);
   if (outcome.stopped) return outcome;
   const bool is_hard = factorisation_.takes_too_long(gamma, outcome.iterations);
-  if (is_hard && !outcome.converged && !outcome.indefinite &&
-      factorisation_.next_is_factorised(gamma)) {
+  if (is_hard && !outcome.converged && !outcome.indefinite && factorisation_.next_is_hard(gamma)) {
     factorise(gamma, b, correction, outcome);
     return outcome;
   }

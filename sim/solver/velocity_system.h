@@ -11,7 +11,7 @@
 #include "sim/motion/dynamics.h"
 #include "sim/solver/conjugate_gradients.h"
 #include "sim/solver/direct_solver.h"
-#include "sim/solver/factorisation_choice.h"
+#include "sim/solver/hard_systems.h"
 #include "sim/solver/preconditioner_selection.h"
 #include "sim/solver/velocity_matrix.h"
 
@@ -22,7 +22,7 @@ namespace weft::sim {
 //   A dv = M b_v - gamma K b_x,   A = M + gamma D + gamma^2 K.
 // Conjugate gradients solve this system (conjugate_gradients.h), preconditioned by multigrid or
 // block-Jacobi (preconditioner_selection.h). If time.preconditioner is automatic, systems that take
-// too many iterations are factorised (factorisation_choice.h, direct_solver.h).
+// too many iterations are factorised (hard_systems.h, direct_solver.h).
 class VelocitySystem {
  public:
   using Outcome = ConjugateGradients::Outcome;
@@ -37,6 +37,10 @@ class VelocitySystem {
   // particles doubles. Only the velocity half of the weights is used.
   Outcome solve(double gamma, std::span<const double> b, std::span<const double> weight,
                 const Goal& goal, std::span<double> correction);
+
+  // Writes the diagonal blocks of A, contact included, one per particle. Precondition: set_up() has
+  // been called for the present matrices.
+  void find_diagonal(std::span<Mat3> diagonal) const;
 
   // Sets a function that may end a solve before it converges (ConjugateGradients::set_stop()).
   void set_stop(std::function<bool()> stop) { conjugate_gradients_.set_stop(std::move(stop)); }
@@ -62,7 +66,7 @@ class VelocitySystem {
   VelocityMatrix matrix_;
   PreconditionerSelection preconditioner_;
   ConjugateGradients conjugate_gradients_;
-  FactorisationChoice factorisation_;
+  HardSystems factorisation_;
   std::unique_ptr<DirectSolver> direct_;  // made at first use
   std::vector<Vec3> right_side_;          // M b_v - gamma K b_x
   std::vector<Vec3> free_position_;       // b_x, zero for pinned particles; used if pins move

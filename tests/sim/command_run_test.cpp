@@ -122,7 +122,16 @@ TEST_F(CommandRun, ReportsInJson) {
     EXPECT_GT(report.at(key), 0) << key;
   }
   EXPECT_EQ(report.at("vetoed_steps"), 0);
-  EXPECT_TRUE(report.at("smallest_gap").is_null());  // no pair came into reach
+  std::int64_t by_length = 0, by_limit = 0;
+  for (const auto& part : report.at("step_lengths")) {
+    EXPECT_LT(part.at("from_s"), part.at("to_s"));
+    by_length += part.at("steps").get<std::int64_t>();
+  }
+  for (const auto& part : report.at("step_limits")) by_limit += part.get<std::int64_t>();
+  EXPECT_EQ(by_length, report.at("steps"));
+  EXPECT_EQ(by_limit, report.at("steps"));
+  EXPECT_EQ(report.at("step_limits").at("contact_velocity_error"), 0);  // contact is off
+  EXPECT_TRUE(report.at("smallest_gap").is_null());                     // no pair came into reach
   EXPECT_TRUE(report.at("largest_stretch").is_number());
   for (const char* key :
        {"rebuilds", "bound_tests", "candidate_pairs", "narrow_phase_calls", "ccd_calls"}) {

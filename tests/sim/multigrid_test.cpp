@@ -452,6 +452,23 @@ TEST(Multigrid, IsChosenForLongStepsAlone) {
   EXPECT_TRUE(deformed.solve(system, 100 / system.highest_frequency(), 1e-4, correction).multigrid);
 }
 
+// Systems of a short gamma begin with block-Jacobi. One that takes long goes on with multigrid, and
+// so do the next ones of its gamma, but none of a shorter gamma.
+TEST(Multigrid, ReplacesBlockJacobiThatTakesLong) {
+  DeformedScene deformed({.shape = sheet(33, 33), .preconditioner = "automatic"});
+  VelocitySystem system(deformed.dynamics());
+  std::vector<double> correction;
+  const double gamma = 5.5 / system.highest_frequency();
+  EXPECT_FALSE(deformed.solve(system, gamma, 1e-1, correction).multigrid);
+  const auto hard = deformed.solve(system, gamma, 1e-11, correction);
+  EXPECT_TRUE(hard.converged && hard.multigrid);
+  EXPECT_GT(hard.iterations, 40);
+  const auto next = deformed.solve(system, gamma, 1e-11, correction);
+  EXPECT_TRUE(next.converged && next.multigrid);
+  EXPECT_LT(next.iterations, hard.iterations);
+  EXPECT_FALSE(deformed.solve(system, 0.1 * gamma, 1e-4, correction).multigrid);
+}
+
 TEST(Multigrid, KeepsItsCoarseMatricesWhileTheyServe) {
   DeformedScene deformed({.shape = sheet(33, 33), .more = "[[body.pin]]\ncorners = [\"all\"]\n"});
   VelocitySystem system(deformed.dynamics());

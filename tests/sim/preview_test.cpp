@@ -1,0 +1,135 @@
+// Linearly implicit steps of any length keep surfaces apart and gain no energy.
+#include <algorithm>
+#include <string>
+
+#include "sim/motion/external_work.h"
+#include "sim/simulation/simulation.h"
+#include "simulated_case.h"
+
+namespace weft::sim::preview_test {
+namespace {
+
+const std::string cloth = R"(
+[contact]
+friction = 0.3
+[material.cloth]
+density = 0.2
+membrane_stiffness = 250
+poisson_ratio = 0.3
+bending_stiffness = 2e-5
+stiffness_damping = 1e-3
+bending_damping = 1e-3
+)";
+
+// A sheet falls on a ball and drapes over it.
+const std::string drape = cloth + R"(
+[[body]]
+name = "sheet"
+position = [0.0, 0.0, 0.3]
+thickness = 0.002
+shape = { type = "rectangle", size = [1.0, 1.0], resolution = [13, 13] }
+[[obstacle]]
+name = "ball"
+thickness = 0.002
+shape = { type = "sphere", radius = 0.25, resolution = [13] }
+)";
+
+// Two opposite edges of a sheet turn against each other.
+const std::string twist = cloth + R"(
+[[body]]
+name = "sheet"
+thickness = 0.002
+shape = { type = "rectangle", size = [0.4, 0.8], resolution = [9, 17] }
+[[body.pin]]
+edges = ["first_row"]
+[[body.pin]]
+edges = ["last_row"]
+motion = { angular_velocity_deg = [0, 180, 0] }
+)";
+
+// A sheet is thrown at a ball.
+const std::string impact = cloth + R"(
+[[body]]
+name = "sheet"
+position = [0.02, 0.01, 0.4]
+velocity = [0, 0, -10]
+thickness = 0.002
+shape = { type = "rectangle", size = [0.6, 0.6], resolution = [13, 13] }
+[[obstacle]]
+name = "ball"
+thickness = 0.002
+shape = { type = "sphere", radius = 0.15, resolution = [9] }
+)";
+
+struct Preview {
+  double gained = 0;   // largest energy beyond what was put in, J
+  double most = 0;     // largest kinetic energy, J
+  double stretch = 0;  // largest stretch
+  int crossings = 0;   // at accepted steps
+  IntegratorCounts counts;
+};
+
+// Runs a scene with one correction a step. The energy is that of motion and strain, as in
+// EnergyWatch: energy of contact counts once it has become motion.
+Preview run(const std::string& scene, double step, double duration) {
+  const std::unique_ptr<const Scene> compiled = build_scene(
+      parse_case(scene, "preview.toml", method("euler", {"time.newton=1", key("step", step)})));
+  Simulation simulation(*compiled);
+  Dynamics& dynamics = simulation.dynamics();
+  Statistics statistics;
+  Dynamics apart(*compiled, statistics);  // measures without touching the simulation
+  ExternalWork work(apart, simulation.state());
+  const auto energy = [&](const Energies& now) { return now.total() - now.contact; };
+  const double start = energy(apart.energies(0, simulation.state()));
+  Preview preview;
+  std::vector<Vec3> position, velocity;
+  while (simulation.time() < duration) {
+    if (const auto failure = simulation.step()) {
+      ADD_FAILURE() << failure->text;
+      break;
+    }
+    const double time = simulation.time();
+    const std::span<const double> state = simulation.state();
+    work.add_step(time, state);
+    const Energies now = apart.energies(time, state);
+    const double put_in = start + work.work() + work.doubt() + work.held_kinetic_energy() +
+                          work.held_gravitational_energy();
+    preview.gained = std::max(preview.gained, energy(now) - put_in);
+    preview.most = std::max(preview.most, now.kinetic);
+    apart.expand_all(time, state, position, velocity);
+    preview.stretch = std::max(preview.stretch, dynamics.largest_stretch(position));
+    preview.crossings += crossings(*compiled, position);
+  }
+  preview.counts = simulation.counts();
+  return preview;
+}
+
+constexpr std::array steps{1.0 / 30, 1.0 / 60, 1.0 / 120, 1.0 / 240};
+
+TEST(Preview, DrapesWithoutCrossingsAndGainsNoEnergy) {
+  for (const double step : steps) {
+    const Preview preview = run(drape, step, 0.5);
+    EXPECT_EQ(preview.crossings, 0) << step;
+    EXPECT_LE(preview.gained, 0.02 * preview.most) << step;
+    EXPECT_LT(preview.stretch, 0.08) << step;
+  }
+}
+
+TEST(Preview, TwistsWithoutCrossingsAndGainsNoEnergy) {
+  for (const double step : steps) {
+    const Preview preview = run(twist, step, 0.5);
+    EXPECT_EQ(preview.crossings, 0) << step;
+    EXPECT_LE(preview.gained, 0.02 * preview.most) << step;
+  }
+}
+
+TEST(Preview, SurvivesAnImpactWithoutCrossingsAndGainsNoEnergy) {
+  for (const double step : steps) {
+    const Preview preview = run(impact, step, 0.15);
+    EXPECT_EQ(preview.crossings, 0) << step;
+    EXPECT_LE(preview.gained, 0.02 * preview.most) << step;
+  }
+}
+
+}  // namespace
+}  // namespace weft::sim::preview_test
