@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Computes a sweep by an engine that is disturbed, and compares it with the same sweep undisturbed: no run is lost, none is
 # done twice, and the summary has the same bytes apart from times.
-# usage: sweep_engines_test.sh WEFT ENGINE [long]    exit code 77 where the programs of the engine are missing
+# usage: sweep_engines_test.sh WEFT ENGINE [long [RUNS]]    exit code 77 where the programs of the engine are missing
 #   ENGINE  local: killed three times at random moments, with all its runs
 #           slurm: a real Slurm of one node, submitted anew because the time of its jobs is short
-#           mpirun, parallel: the lines of the guide, killed once
-#   long    200 drapes of 33 x 33 vertices on two cores, some minutes, with figures: how busy the workers were, and times.
+#           mpirun, parallel: by the lines of docs/guide.md, killed once
+#   long    RUNS (200) drapes of 33 x 33 vertices on two cores, some minutes, with figures: how busy the workers were, and times.
 #           Otherwise a dozen of small sheets, some seconds.
 set -euo pipefail
 weft=$(readlink -f "$1") engine=$2 size=${3:-short}
@@ -21,6 +21,7 @@ case $engine in
   parallel) command -v parallel >/dev/null || skip "parallel is missing (parallel)" ;;
   *) echo "unknown engine $engine" >&2; exit 2 ;;
 esac
+[ "$(nproc)" -ge 2 ] || skip "there is one core, and two runs are to go at a time"
 work=$(mktemp -d)
 chmod 755 "$work"
 stop() {
@@ -39,7 +40,7 @@ export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 RANDOM=20240301
 
 if [ "$size" = long ]; then
-  runs=200
+  runs=${4:-200}
   cat >base.toml <<'CASE'
 # A sheet drapes over a ball until its corners fold.
 [time]
@@ -65,7 +66,7 @@ name = "ball"
 thickness = 2e-3
 shape = { type = "sphere", radius = 0.15, resolution = [17] }
 CASE
-  cat >sweep.toml <<'SWEEP'
+  cat >sweep.toml <<SWEEP
 case = "base.toml"
 [factors]
 "contact.friction" = { uniform = [0.1, 0.5] }
@@ -74,7 +75,7 @@ case = "base.toml"
 "material.cotton.membrane_stiffness" = { log_uniform = [200, 1000] }
 [sample]
 method = "sobol"
-runs = 200
+runs = $runs
 seed = 1
 [outputs]
 stretch = "max(largest_stretch)"
@@ -114,7 +115,7 @@ count_results() { results "$1" | wc -l; }
 seconds_since() { awk "BEGIN { printf \"%.1f\", $(date +%s.%N) - $1 }"; }
 # busy FOLDER SECONDS: the share of two cores' time that the runs took, %.
 busy() {
-  sed -n 's/.*"wall_s": \([0-9.e+-]*\).*/\1/p' "$1"/runs/*/result.json | awk "{ sum += \$1 } END { printf \"%.0f\", 50 * sum / $2 }"
+  sed -n 's/^  "wall_s": \([0-9.e+-]*\).*/\1/p' "$1"/runs/*/result.json | awk "{ sum += \$1 } END { printf \"%.0f\", 50 * sum / $2 }"
 }
 # kill_later COUNT PROCESS: kills everything of this sweep at a random moment after COUNT runs are done, and waits until it
 # is gone.
@@ -134,16 +135,18 @@ whole_seconds=$(seconds_since "$start")
 cat whole.txt
 results disturbed >seen.txt
 
-# work NUMBER: computes the sweep in `disturbed`, or what is left of it, in the way of this engine.
+# Prints the line of the guide that matches, for the folder of this sweep.
+guide_line() { grep -m 1 "$1" "$here/../../docs/guide.md" | sed "s#results#$work/disturbed#g"; }
+# Computes the sweep in `disturbed`, or what is left of it, in the way of this engine.
 work() {
   case $engine in
     local) exec weft sweep sweep.toml -o "$work/disturbed" -j 2 ;;
     mpirun)
-      weft sweep plan sweep.toml -o "$work/disturbed"
-      exec mpirun -n 2 sh -c "weft sweep work $work/disturbed --slice \$OMPI_COMM_WORLD_RANK/2 -j 1 || true" ;;
+      eval "$(guide_line '^weft sweep plan sweep.toml -o results$')"
+      eval "$(guide_line '^mpirun -n 2 ')" ;;
     parallel)
-      weft sweep plan sweep.toml -o "$work/disturbed"
-      seq 0 1 | parallel weft sweep work "$work/disturbed" --slice {}/2 -j 1 ;;
+      eval "$(guide_line '^weft sweep plan sweep.toml -o results$')"
+      eval "$(guide_line '^seq 0 1 | parallel ')" ;;
   esac
 }
 
@@ -197,7 +200,8 @@ done || fail "a run was done twice"
 done_twice=$(sed -n 's/^\[[0-9/]*\] \([0-9a-f]*\) .* done in .*/\1/p' lines.txt | sort | uniq -d)
 [ -z "$done_twice" ] || fail "done twice: $done_twice"
 diff <(lasting whole) <(lasting disturbed) || fail "the summaries differ"
-echo "$engine: $((calls)) calls cut short, ${seconds} s; undisturbed ${whole_seconds} s, busy $(busy whole "$whole_seconds") % of two cores"
+[ "$engine" = slurm ] && cut="$calls submissions" || cut="$calls calls killed, one to the end"
+echo "$engine: $cut, ${seconds} s; undisturbed ${whole_seconds} s, busy $(busy whole "$whole_seconds") % of two cores"
 if [ "$size" = long ] && [ "$engine" != local ] && [ "$engine" != slurm ]; then
   rm -rf disturbed
   start=$(date +%s.%N)
