@@ -11,8 +11,8 @@ namespace weft::sim {
 // Returns the candidate with the fewest edits from `name`, or the first of several such candidates.
 // An edit inserts, deletes or replaces a character, or swaps two neighbours; case is ignored. The
 // number of edits must not exceed a third of the longer word's length, though one edit is always
-// allowed. Returns nothing if no candidate is that near. Cost: length^2 per candidate of similar
-// length.
+// allowed. Returns nothing if no candidate is that near, or for a name of more than 1000 bytes.
+// Cost: length^2 per candidate of similar length.
 std::optional<std::string> nearest_name(const std::string& name,
                                         const std::vector<std::string>& candidates);
 

@@ -107,14 +107,6 @@ Eigen::SparseMatrix<double> samples_of_image(const std::vector<double>& paramete
   return samples;
 }
 
-std::vector<double> rows_of(const Eigen::MatrixXd& matrix) {
-  std::vector<double> rows;
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    for (Eigen::Index j = 0; j < matrix.cols(); ++j) rows.push_back(matrix(i, j));
-  }
-  return rows;
-}
-
 }  // namespace
 
 SplineAxis::SplineAxis(int degree, int control_points, bool is_closed)
@@ -193,11 +185,6 @@ double SplineAxis::image_parameter(int point) const {
   if (!is_closed_) return static_cast<double>(point) * elements() / (control_points_ - 1);
   const double centre = point - 0.5 * (degree_ - 1);
   return centre < 0 ? centre + elements() : centre;
-}
-
-std::vector<double> SplineAxis::interpolation() const {
-  return rows_of(
-      control_points_of(*this, Eigen::MatrixXd::Identity(control_points_, control_points_)));
 }
 
 Eigen::MatrixXd control_points_of(const SplineAxis& axis, const Eigen::MatrixXd& images) {

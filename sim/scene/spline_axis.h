@@ -56,15 +56,9 @@ class SplineAxis {
 
   // Returns the parameter of the image's point with the index `point`.
   double image_parameter(int point) const;
-  // Returns the matrix, row by row, that maps the image's points to the control points of the curve
-  // through them. Row i has the weights of the image's points in control point i. If not
-  // passes_through_image(), the curve passes the image's points at a distance of order 4 in their
-  // spacing, its end points excepted. Polynomials of the spline's degree are reproduced in any
-  // case. O(points^3).
-  std::vector<double> interpolation() const;
-  // True if the curve of interpolation() passes through all points of the image. On long open axes
-  // of degree 3, the curve through evenly spaced points would amplify their rounding errors
-  // exponentially.
+  // True if the curve of control_points_of() (spline_interpolation.h) passes through all points of
+  // the image. On long open axes of degree 3, the curve through evenly spaced points would amplify
+  // their rounding errors exponentially.
   bool passes_through_image() const;
 
   // Returns the Gauss-Legendre points with `per_element` points per element (2 to 4).
@@ -88,7 +82,6 @@ class SplineAxis {
  private:
   std::vector<QuadraturePoint> points_of_elements(double offset) const;
   double knot(int i) const;
-  double greville_abscissa(int control_point) const;
   std::vector<QuadraturePoint> greville_points_below() const;
   // Returns the values, on an element, of the degree + 1 basis functions of the given degree, which
   // may be lower than degree_.
