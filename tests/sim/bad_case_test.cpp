@@ -292,13 +292,13 @@ density = 0.2
   expected a name of letters, digits, _ and -)"},
       {"two_bodies_of_one_name", sheet + sheet,
        R"(case.toml:5:8: a second "sheet"
-  expected a name that no other body or obstacle has; the first is in [[body]])"},
+  expected a name that no other body, obstacle or particles have; the first is in [[body]])"},
       {"obstacle_named_as_body", sheet + R"([[obstacle]]
 name = "sheet"
 shape = { type = "sphere", radius = 1, resolution = [4] }
 )",
        R"(case.toml:5:8: a second "sheet"
-  expected a name that no other body or obstacle has; the first is in [[body]])"},
+  expected a name that no other body, obstacle or particles have; the first is in [[body]])"},
       {"material_unknown",
        R"([material.cotton]
 [material.denim]

@@ -388,7 +388,7 @@ maximum_step = 1e-3
 step = 1e-3
 )" + sheet,
        R"(case.toml:2:1: "step" does not belong to method = "cvode"
-  expected only with method = "euler", "implicit_midpoint", "verlet")"},
+  expected only with method = "euler", "implicit_midpoint", "verlet", "impulses")"},
       {"newton_of_arkode",
        R"([time]
 method = "arkode"

@@ -259,12 +259,12 @@ shape = { type = "file", path = "scan.h5", dataset = "x" }
       {"obstacle_twice",
        {{"case.toml", include("part.toml") + sheet + ball}, {"part.toml", ball}},
        R"(part.toml:2:8: a second "ball"
-  expected a name that no other body or obstacle has; the first is in [[obstacle]], case.toml:8:8)"},
+  expected a name that no other body, obstacle or particles have; the first is in [[obstacle]], case.toml:8:8)"},
       {"obstacle_named_as_a_body",
        with_part("[[obstacle]]\nname = \"sheet\"\n"
                  "shape = { type = \"sphere\", radius = 1, resolution = [3] }\n"),
        R"(part.toml:2:8: a second "sheet"
-  expected a name that no other body or obstacle has; the first is in [[body]], case.toml:4:8)"},
+  expected a name that no other body, obstacle or particles have; the first is in [[body]], case.toml:4:8)"},
       {"circle",
        {{"case.toml", include("a/x.toml") + sheet},
         {"a/x.toml", include("../b.toml")},
