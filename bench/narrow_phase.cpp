@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <functional>
+#include <iterator>
 
 #include "bench/experiments.h"
 #include "bench/medians.h"
@@ -130,24 +131,27 @@ bool compare_features(FeatureKind kind, const CollisionScene& swept,
     bsi::find_in_reach(kind, body.start, {}, pairs, swept.margin, found);
     return static_cast<long>(found.size());
   };
-  const auto scalar_safe = [&] {
-    long count = 0;
-    for (const FourParticles& pair : pairs) {
-      const bsi::FourPoints from = points_of(body.start, pair), to = points_of(body.end, pair);
-      count += (edges ? bsi::safe_fraction_edge_edge(from, to, 0)
-                      : bsi::safe_fraction_vertex_triangle(from, to, 0)) == 1;
-    }
-    return count;
+  const auto is_safe = [&](const FourParticles& pair) {
+    const bsi::FourPoints from = points_of(body.start, pair), to = points_of(body.end, pair);
+    return (edges ? bsi::safe_fraction_edge_edge(from, to, 0)
+                  : bsi::safe_fraction_vertex_triangle(from, to, 0)) == 1;
   };
-  const auto batch_safe = [&] {
-    std::vector<double> fraction(pairs.size());
-    bsi::safe_fractions(kind, body.start, body.end, pairs, 0, fraction);
-    return static_cast<long>(std::count(fraction.begin(), fraction.end(), 1.0));
+  const auto paths = [&](const char* name, const std::vector<FourParticles>& of) {
+    const auto scalar = [&] { return static_cast<long>(std::ranges::count_if(of, is_safe)); };
+    const auto batch = [&] {
+      std::vector<double> fraction(of.size());
+      bsi::safe_fractions(kind, body.start, body.end, of, 0, fraction);
+      return static_cast<long>(std::count(fraction.begin(), fraction.end(), 1.0));
+    };
+    return compare({name, of.size(), scalar, batch});
   };
+  std::vector<FourParticles> unsafe;
+  std::ranges::remove_copy_if(pairs, std::back_inserter(unsafe), is_safe);
   return compare({edges ? "edge-edge in reach" : "vertex-triangle in reach", pairs.size(),
                   scalar_reach, batch_reach}) &&
-         compare({edges ? "edge-edge paths" : "vertex-triangle paths", pairs.size(), scalar_safe,
-                  batch_safe});
+         paths(edges ? "edge-edge paths" : "vertex-triangle paths", pairs) &&
+         (unsafe.empty() ||
+          paths(edges ? "edge-edge paths, unsafe" : "vertex-triangle, unsafe", unsafe));
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "sim/case/case_text.h"
 #include "sim/case/material_presets.h"
 #include "sim/command/bench_command.h"
+#include "sim/command/check_command.h"
 #include "sim/command/command_json.h"
 #include "sim/command/guarded_command.h"
 #include "sim/command/modes_command.h"
@@ -35,6 +36,8 @@ constexpr const char* description =
   weft run cases/drape_torus.toml                    simulate; writes out/drape_torus.h5 and .xdmf
   weft run CASE -o DIR --set time.duration=0.5       the same with any case key overridden
   weft check CASE                                    what the scene needs, what it skips, and why
+  weft check CASE --picture start.png                the same, and a picture of the start; intersections are red
+  weft check CASE --fix-initial start.h5             separates cloth that intersects slightly, in a new shape file
   weft modes CASE -n 10                              natural frequencies about the equilibrium of a case
   weft buckling CASE -n 5                            load factors at which it buckles
   weft info out/drape_torus.h5 --crossings           summary; counts surfaces that pass through each other
@@ -146,6 +149,7 @@ int render(const std::string& path, const std::string& directory, RenderOptions 
 // The parsed command line.
 struct Arguments {
   RunCommand command;
+  CheckCommand check;
   ModesCommand modes;
   std::string trajectory;
   std::vector<std::string> outputs;
@@ -209,7 +213,21 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
   CLI::App* check =
       app.add_subcommand("check", "Say what a case needs and skips, without running it");
   add_case_arguments(*check, arguments);
-  check->callback([&] { arguments.code = check_case(arguments.command); });
+  check
+      ->add_option("--picture", arguments.check.picture,
+                   "Draw the initial state to this PNG file, from above and from below, with "
+                   "triangles that intersect in red")
+      ->type_name("FILE");
+  check
+      ->add_option("--fix-initial", arguments.check.new_start,
+                   "Separate cloth that intersects slightly, and write the shapes of the bodies "
+                   "that moved to this new HDF5 file; the case stays as it is")
+      ->type_name("FILE");
+  check->add_flag("--force", arguments.command.force, "Overwrite an existing FILE");
+  check->callback([&] {
+    arguments.check.run = arguments.command;
+    arguments.code = check_case(arguments.check);
+  });
 }
 
 // Validates an option: returns an error message, or an empty text if the text is a finite number.

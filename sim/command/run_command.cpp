@@ -19,13 +19,12 @@
 #include "sim/command/command_json.h"
 #include "sim/command/guarded_command.h"
 #include "sim/command/progress_bar.h"
-#include "sim/run/initial_state.h"
 #include "sim/run/output_check.h"
 #include "sim/run/recorded_run.h"
 #include "sim/run/restart.h"
 #include "sim/run/resumption.h"
+#include "sim/scene/scene.h"
 #include "sim/trajectory/trajectory.h"
-#include "sim/view/scene_description.h"
 
 namespace weft::sim {
 
@@ -261,17 +260,6 @@ int run_case(const RunCommand& command) {
     bar.clear();
     return finish(command, scene.source, report);
   });
-}
-
-int check_case(const RunCommand& command) {
-  return with_scene(
-      command, [](Case& source) { choose_accuracy(source); },
-      [&](const Scene& scene) {
-        check_initial_state(scene);
-        check_outputs(scene, false);
-        std::cout << printable(describe_scene(scene), true);
-        return exit_code::done;
-      });
 }
 
 }  // namespace weft::sim

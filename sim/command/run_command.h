@@ -1,4 +1,4 @@
-// The commands `weft run` and `weft check`.
+// The command `weft run`, and the exit codes of all commands.
 #pragma once
 
 #include <optional>
@@ -38,8 +38,5 @@ inline constexpr int input_output = 4;
 // without its extension. Prints results on standard output, progress and errors on standard error.
 // Returns the exit code: one of exit_code or, after a signal, 130 (SIGINT) or 143 (SIGTERM).
 int run_case(const RunCommand& command);
-// Checks a case. Prints what its scene needs and which parts of the computation it skips. Returns
-// the exit code.
-int check_case(const RunCommand& command);
 
 }  // namespace weft::sim

@@ -10,7 +10,6 @@
 #include "sim/contact/contact.h"
 #include "sim/forces/force_arrays.h"
 #include "sim/particles/sphere_starts.h"
-#include "sim/view/crossings.h"
 
 namespace weft::sim {
 
@@ -36,21 +35,9 @@ bool are_sewn(const Scene& scene, const Crossing& crossing) {
 }
 
 void refuse_crossings(const Scene& scene) {
-  std::vector<CrossingSurface> surfaces;
   std::vector<Vec3> room;
-  const std::span<const Vec3> position =
-      scene.surface_map.points_of(scene.initial_position, scene.point_count, room);
-  for (const SceneBody& body : scene.bodies) {
-    surfaces.push_back({position.subspan(body.first_point, body.point_count()),
-                        body.surface_mesh().triangles, body.self_contact});
-  }
-  std::vector<Crossing> crossings = find_crossings(surfaces);
-  // Obstacles may intersect each other, because no contact acts between them.
-  std::erase_if(crossings, [&](const Crossing& c) {
-    return scene.bodies[c.surface_a].is_obstacle && scene.bodies[c.surface_b].is_obstacle;
-  });
-  if (!scene.sewn.is_empty())
-    std::erase_if(crossings, [&](const Crossing& c) { return are_sewn(scene, c); });
+  const std::vector<Crossing> crossings = forbidden_crossings(
+      scene, scene.surface_map.points_of(scene.initial_position, scene.point_count, room));
   if (crossings.empty()) return;
   // Triangles are described by their first vertices. Pairs of triangles with the same description
   // are listed once.
@@ -115,6 +102,26 @@ void refuse_strain(const Scene& scene) {
 }
 
 }  // namespace
+
+std::vector<CrossingSurface> contact_surfaces(const Scene& scene, std::span<const Vec3> points) {
+  std::vector<CrossingSurface> surfaces;
+  for (const SceneBody& body : scene.bodies) {
+    surfaces.push_back({points.subspan(body.first_point, body.point_count()),
+                        body.surface_mesh().triangles, body.self_contact});
+  }
+  return surfaces;
+}
+
+std::vector<Crossing> forbidden_crossings(const Scene& scene, std::span<const Vec3> points) {
+  std::vector<Crossing> crossings = find_crossings(contact_surfaces(scene, points));
+  // Obstacles may intersect each other, because no contact acts between them.
+  std::erase_if(crossings, [&](const Crossing& c) {
+    return scene.bodies[c.surface_a].is_obstacle && scene.bodies[c.surface_b].is_obstacle;
+  });
+  if (!scene.sewn.is_empty())
+    std::erase_if(crossings, [&](const Crossing& c) { return are_sewn(scene, c); });
+  return crossings;
+}
 
 void check_initial_state(const Scene& scene) {
   refuse_strain(scene);

@@ -43,7 +43,8 @@ Point3 to_point(const bsi::Vec3& position) {
   return {position.x(), position.y(), position.z()};
 }
 
-std::vector<Item> all_items(std::span<const CrossingSurface> surfaces) {
+// Returns the triangles, with boxes that are larger by `margin` (m) on every side.
+std::vector<Item> all_items(std::span<const CrossingSurface> surfaces, double margin = 0) {
   std::vector<Item> items;
   for (int surface = 0; surface < static_cast<int>(surfaces.size()); ++surface) {
     const auto& [positions, triangles, check_self] = surfaces[surface];
@@ -55,6 +56,10 @@ std::vector<Item> all_items(std::span<const CrossingSurface> surfaces) {
       for (const int particle : triangles[triangle]) {
         const Point3 point = to_point(positions[particle]);
         item.box.include({point, point});
+      }
+      for (int axis = 0; axis < 3; ++axis) {
+        item.box.low[axis] -= margin;
+        item.box.high[axis] += margin;
       }
     }
   }
@@ -164,34 +169,51 @@ bool cross_within(const CrossingSurface& surface, std::array<int, 3> a, std::arr
   return triangles_meet_beyond_corner(points_of(surface, a), points_of(surface, b));
 }
 
+bool share_a_particle(const std::array<int, 3>& a, const std::array<int, 3>& b) {
+  return std::ranges::find_first_of(a, b) != a.end();
+}
+
+// Returns the pairs that `accept(a, b)` accepts among those whose boxes overlap. Sorted.
+std::vector<Crossing> pairs_of(std::span<const CrossingSurface> surfaces, double margin,
+                               const auto& accept) {
+  std::vector<Crossing> pairs;
+  const BoxTree tree(all_items(surfaces, margin));
+  tree.visit_overlaps([&](const Item& a, const Item& b) {
+    if (a.surface == b.surface && !surfaces[a.surface].check_self) return;
+    if (!accept(a, b)) return;
+    if (std::tie(a.surface, a.triangle) < std::tie(b.surface, b.triangle))
+      pairs.push_back({a.surface, a.triangle, b.surface, b.triangle});
+    else
+      pairs.push_back({b.surface, b.triangle, a.surface, a.triangle});
+  });
+  const auto key = [](const Crossing& pair) {
+    return std::tie(pair.surface_a, pair.triangle_a, pair.surface_b, pair.triangle_b);
+  };
+  std::sort(pairs.begin(), pairs.end(),
+            [&](const Crossing& a, const Crossing& b) { return key(a) < key(b); });
+  return pairs;
+}
+
 }  // namespace
 
 std::vector<Crossing> find_crossings(std::span<const CrossingSurface> surfaces) {
-  std::vector<Crossing> crossings;
-  const BoxTree tree(all_items(surfaces));
-  tree.visit_overlaps([&](const Item& a, const Item& b) {
+  return pairs_of(surfaces, 0, [&](const Item& a, const Item& b) {
     const CrossingSurface& surface_a = surfaces[a.surface];
     const CrossingSurface& surface_b = surfaces[b.surface];
-    const bool same = a.surface == b.surface;
-    if (same && !surface_a.check_self) return;
     const std::array<int, 3>& corners_a = surface_a.triangles[a.triangle];
     const std::array<int, 3>& corners_b = surface_b.triangles[b.triangle];
-    const bool crossing =
-        same ? cross_within(surface_a, corners_a, corners_b)
-             : triangles_meet(points_of(surface_a, corners_a), points_of(surface_b, corners_b));
-    if (!crossing) return;
-    if (std::tie(a.surface, a.triangle) < std::tie(b.surface, b.triangle))
-      crossings.push_back({a.surface, a.triangle, b.surface, b.triangle});
-    else
-      crossings.push_back({b.surface, b.triangle, a.surface, a.triangle});
+    return a.surface == b.surface
+               ? cross_within(surface_a, corners_a, corners_b)
+               : triangles_meet(points_of(surface_a, corners_a), points_of(surface_b, corners_b));
   });
-  const auto key = [](const Crossing& crossing) {
-    return std::tie(crossing.surface_a, crossing.triangle_a, crossing.surface_b,
-                    crossing.triangle_b);
-  };
-  std::sort(crossings.begin(), crossings.end(),
-            [&](const Crossing& a, const Crossing& b) { return key(a) < key(b); });
-  return crossings;
+}
+
+std::vector<Crossing> find_near_triangles(std::span<const CrossingSurface> surfaces,
+                                          double distance) {
+  return pairs_of(surfaces, 0.5 * distance, [&](const Item& a, const Item& b) {
+    return a.surface != b.surface || !share_a_particle(surfaces[a.surface].triangles[a.triangle],
+                                                       surfaces[b.surface].triangles[b.triangle]);
+  });
 }
 
 }  // namespace weft::sim

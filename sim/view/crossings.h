@@ -37,4 +37,10 @@ struct Crossing {
 // bounding boxes overlap.
 std::vector<Crossing> find_crossings(std::span<const CrossingSurface> surfaces);
 
+// Returns all pairs of triangles whose bounding boxes are within `distance` (m) of each other along
+// every axis, without pairs of one surface that share a particle. Sorted. Cost: that of
+// find_crossings().
+std::vector<Crossing> find_near_triangles(std::span<const CrossingSurface> surfaces,
+                                          double distance);
+
 }  // namespace weft::sim

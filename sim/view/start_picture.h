@@ -1,0 +1,23 @@
+// A picture of the initial state of a scene.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "sim/scene/scene.h"
+#include "sim/view/crossings.h"
+
+namespace weft::sim {
+
+// Writes a PNG of all bodies at t = 0, with the triangles of `crossings` in red: from above on the
+// left, and from below on the right. With such triangles, the camera shows their surroundings, at
+// least a third of the size of all simulated bodies; else, all of these. Surfaces of `crossings`
+// are numbered as Scene::bodies.
+//
+// A file that no drawing of Weft made is overwritten only with `force`. Throws FileError if it must
+// not be overwritten or cannot be written, and if Weft was built without gpu/. Takes tens of
+// milliseconds.
+void draw_start(const Scene& scene, std::span<const Crossing> crossings, const std::string& path,
+                bool force);
+
+}  // namespace weft::sim

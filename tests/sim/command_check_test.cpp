@@ -1,0 +1,141 @@
+// weft check --picture and --fix-initial.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "sim/command/run_command.h"
+#include "tests/sim/weft_process.h"
+#ifndef WEFT_WITHOUT_GPU
+#include <png.h>
+#endif
+
+namespace weft::sim::command_check_test {
+namespace {
+
+constexpr const char* crossed_sheets = R"(
+time.duration = 0.02
+[[body]]
+name = "lower"
+shape = { type = "rectangle", size = [0.5, 0.5], resolution = [9, 9] }
+[[body]]
+name = "upper"
+position = [0.013, 0.021, 0.004]
+rotation_deg = [5, 3, 0]
+stretch = [1.0, 0.99, 1.0]
+shape = { type = "rectangle", size = [0.5, 0.5], resolution = [9, 9] }
+)";
+
+bool holds(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+using CommandCheck = WeftCommand;
+
+// Returns the arguments of the --set options that the command prints.
+std::vector<std::string> printed_overrides(const std::string& out) {
+  std::vector<std::string> overrides;
+  const std::string opening = "  --set ";
+  for (std::size_t at = out.find(opening); at != std::string::npos; at = out.find(opening, at)) {
+    at += opening.size();
+    std::string text = out.substr(at, out.find('\n', at) - at);
+    std::erase(text, '\'');  // as a shell does
+    overrides.push_back(text);
+  }
+  return overrides;
+}
+
+TEST_F(CommandCheck, FixInitialWritesANewShapeFileFromWhichTheCaseStarts) {
+  write("crossed.toml", crossed_sheets);
+  ASSERT_EQ(weft({"check", "crossed.toml"}).code, exit_code::bad_case);
+  const Result fixed = weft({"check", "crossed.toml", "--fix-initial", "new/start.h5"});
+  ASSERT_EQ(fixed.code, exit_code::done) << fixed.err;
+  EXPECT_TRUE(holds(fixed.out, "vertices moved, by ")) << fixed.out;
+  EXPECT_TRUE(exists("new/start.h5"));
+  EXPECT_EQ(read_bytes(path("crossed.toml")), crossed_sheets);
+
+  std::vector<std::string> arguments{"check", "crossed.toml"};
+  for (const std::string& text : printed_overrides(fixed.out)) {
+    arguments.push_back("--set");
+    arguments.push_back(text);
+  }
+  ASSERT_GT(arguments.size(), 2U) << fixed.out;
+  const Result checked = weft(arguments);
+  EXPECT_EQ(checked.code, exit_code::done) << checked.err;
+  arguments[0] = "run";
+  arguments.push_back("--quiet");
+  const Result run = weft(arguments);
+  EXPECT_EQ(run.code, exit_code::done) << run.err;
+}
+
+TEST_F(CommandCheck, FixInitialOverwritesNothingWithoutForce) {
+  write("crossed.toml", crossed_sheets);
+  write("start.h5", "mine");
+  const Result refused = weft({"check", "crossed.toml", "--fix-initial", "start.h5"});
+  EXPECT_EQ(refused.code, exit_code::input_output);
+  EXPECT_TRUE(holds(refused.err, "start.h5: exists already")) << refused.err;
+  EXPECT_EQ(read_bytes(path("start.h5")), "mine");
+  EXPECT_EQ(weft({"check", "crossed.toml", "--fix-initial", "start.h5", "--force"}).code,
+            exit_code::done);
+  EXPECT_NE(read_bytes(path("start.h5")), "mine");
+
+  const Result own = weft({"check", "crossed.toml", "--fix-initial", "crossed.toml", "--force"});
+  EXPECT_EQ(own.code, exit_code::bad_case);
+  EXPECT_EQ(read_bytes(path("crossed.toml")), crossed_sheets);
+}
+
+TEST_F(CommandCheck, FixInitialWritesNothingIfItCannotRepair) {
+  write("crossed.toml", crossed_sheets);
+  const Result deep = weft({"check", "crossed.toml", "--fix-initial", "start.h5", "--set",
+                            "body.upper.rotation_deg=[30, 0, 0]"});
+  EXPECT_EQ(deep.code, exit_code::bad_case);
+  EXPECT_TRUE(deep.err.starts_with("crossed.toml: the initial state is not repaired: "))
+      << deep.err;
+  const Result apart = weft({"check", "crossed.toml", "--fix-initial", "start.h5", "--set",
+                             "body.upper.position=[0, 0, 0.2]"});
+  EXPECT_EQ(apart.code, exit_code::done) << apart.err;
+  EXPECT_TRUE(holds(apart.out, "nothing to repair")) << apart.out;
+  const Result without = weft(
+      {"check", "crossed.toml", "--fix-initial", "start.h5", "--set", "contact.enabled=false"});
+  EXPECT_EQ(without.code, exit_code::bad_case);
+  for (const auto& entry : std::filesystem::directory_iterator(folder()))
+    EXPECT_FALSE(holds(entry.path().filename(), "start.h5")) << entry.path();
+}
+
+#ifndef WEFT_WITHOUT_GPU
+// Returns the number of pixels in the red of intersections.
+int red_pixels(const std::string& path) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  if (png_image_begin_read_from_file(&image, path.c_str()) == 0) return -1;
+  image.format = PNG_FORMAT_RGB;
+  std::vector<std::uint8_t> rgb(PNG_IMAGE_SIZE(image));
+  png_image_finish_read(&image, nullptr, rgb.data(), 0, nullptr);
+  int count = 0;
+  for (std::size_t i = 0; i < rgb.size(); i += 3)
+    count += rgb[i] > 140 && rgb[i + 1] < 0.4 * rgb[i] && rgb[i + 2] < 0.4 * rgb[i];
+  return count;
+}
+
+TEST_F(CommandCheck, PictureShowsTheIntersections) {
+  write("crossed.toml", crossed_sheets);
+  const Result crossed = weft({"check", "crossed.toml", "--picture", "crossed.png"});
+  EXPECT_EQ(crossed.code, exit_code::bad_case);
+  EXPECT_TRUE(holds(crossed.err, "intersecting pairs of triangles, at")) << crossed.err;
+  EXPECT_TRUE(holds(crossed.out, "picture crossed.png: ")) << crossed.out;
+  const Result apart = weft({"check", "crossed.toml", "--picture", "apart.png", "--set",
+                             "body.upper.position=[0, 0, 0.2]"});
+  EXPECT_EQ(apart.code, exit_code::done) << apart.err;
+  EXPECT_TRUE(holds(apart.out, "0 intersecting pairs")) << apart.out;
+  EXPECT_GT(red_pixels(path("crossed.png")), red_pixels(path("apart.png")) + 2000);
+
+  write("mine.png", "mine");
+  const Result foreign = weft({"check", "crossed.toml", "--picture", "mine.png"});
+  EXPECT_EQ(foreign.code, exit_code::input_output);
+  EXPECT_EQ(read_bytes(path("mine.png")), "mine");
+  EXPECT_EQ(weft({"check", "crossed.toml", "--picture", "crossed.png"}).code, exit_code::bad_case);
+}
+#endif
+
+}  // namespace
+}  // namespace weft::sim::command_check_test
