@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "sim/base/parallel.h"
 #include "sim/integrator/newton_solver.h"
@@ -56,6 +57,9 @@ constexpr int most_whole_corrections = 12;
 // that turns by the angle a in a step is stretched by a^2 / 2 (docs/decisions/0080).
 constexpr double largest_stretch_growth = 0.05;
 constexpr double largest_gain = 0.005;
+
+// Steps shorter than this part of time.step are never too long: such a run must go on.
+constexpr double shortest_judged = 1.0 / 16;
 
 // Limit of the solves of one correction. All but the last are followed by new stops. If surfaces
 // still meet after it, a shorter step is cheaper.
@@ -347,6 +351,7 @@ bool StageSolver::Implementation::conserves_energy() const {
 // True if the step to `y` stretches edges too much or gains energy. `before` are the energies at
 // the start of the step. Precondition: the last evaluation of the forces was at `y`.
 bool StageSolver::Implementation::is_too_long(const Energies& before, std::span<const double> y) {
+  if (!(gamma > shortest_judged * scene.source.time.step.value_or(INFINITY))) return false;
   dynamics.expand(time, y, position, velocity);
   if (dynamics.largest_stretch(position) >
       std::max(dynamics.largest_stretch(*start), 0.0) + largest_stretch_growth)
@@ -355,7 +360,10 @@ bool StageSolver::Implementation::is_too_long(const Energies& before, std::span<
   const Energies after = dynamics.energies_at_last_rate(time, y);
   const double gain = (after.total() - after.contact) - (before.total() - before.contact);
   const double given = std::max(before.contact - after.contact, 0.0);
-  return gain > given + largest_gain * after.kinetic;
+  const double total_mass =
+      std::accumulate(scene.mass.begin(), scene.mass.begin() + scene.dynamic_particles, 0.0);
+  const double error = std::sqrt(1.5 * total_mass) * velocity_tolerance(scene.source.time);
+  return gain > given + largest_gain * after.kinetic + error * (error + std::sqrt(after.kinetic));
 }
 
 // Applies the stops of contact, and subtracts their accelerations times gamma from the residual.
