@@ -37,8 +37,8 @@ struct SweepPlan {
 //
 // Throws CaseError for a key or value of the sweep that its case refuses by itself, with its place
 // in the sweep file, for a rule that leaves nothing, and for a sweep of which all runs are refused.
-// A combination that is refused while others are not becomes a run with a refusal. Costs about half
-// a millisecond per run.
+// A combination that is refused while others are not becomes a run with a refusal. Costs about a
+// millisecond per run (bench/results/, sweeps.txt).
 SweepPlan plan_sweep(const SweepCase& sweep, const std::vector<std::string>& overrides = {});
 
 }  // namespace weft::sim
