@@ -8,8 +8,6 @@
 #include <iterator>
 #include <limits>
 #include <random>
-#include <stdexcept>
-#include <string>
 #include <tuple>
 
 #include "bsi/narrow_phase.h"
@@ -344,54 +342,6 @@ TEST_P(ComputeTraversals, LeaveOutWhatTheTangentCertificateProves) {
   EXPECT_GT(counters.certified, 100);
   EXPECT_LT(counters.certified, counters.certificate_tests / 2);
   EXPECT_GT(found, 10000);
-}
-
-// Two crumpled sheets of n x n quads, all within reach of each other.
-Scene two_heaps(int n) {
-  std::mt19937 random(13);
-  Scene scene;
-  for (int i = 0; i < 2; ++i) {
-    scene.bodies.push_back(
-        moved(bsi::make_rectangle(0.01, 0.01, n + 1, n + 1), {0, 0, 0}, 0.01, random));
-    scene.start.push_back(scene.bodies.back().positions);
-  }
-  for (int i = 0; i < 2; ++i) scene.images.push_back({i, scene.start[i]});
-  return scene;
-}
-
-// The lists outgrow their first memory a thousand times, at every level.
-TEST(ComputeTraversal, AFloodIsAnsweredWhole) {
-  WEFT_NEEDS_CONTEXT();
-  const int n = 40;
-  Search search(context, two_heaps(n), bsi::Bound::box);
-  const PairQuery query{0, 1, 1.0, false};
-  const auto found = sorted(search.traversal.find_pairs(std::span(&query, 1), Leaf::quad));
-  ASSERT_EQ(found.size(), std::size_t{n * n} * (n * n));
-  // Sorted, with the last numbers, and each once: these are all pairs.
-  EXPECT_EQ(std::ranges::adjacent_find(found), found.end());
-  EXPECT_EQ(found.back().a, n * n - 1U);
-  EXPECT_EQ(found.back().b, n * n - 1U);
-  EXPECT_GT(search.traversal.reruns(), 0);
-}
-
-// Thirteen million pairs are more than a buffer of 128 MiB holds. A device that allows larger ones
-// answers whole; the others say so, and go on with searches that they can answer.
-TEST(ComputeTraversal, AFloodBeyondTheDeviceIsRefusedWithTheReason) {
-  WEFT_NEEDS_CONTEXT();
-  const int n = 60;
-  Scene scene = two_heaps(n);
-  Search search(context, scene, bsi::Bound::box);
-  const PairQuery query{0, 1, 1.0, false};
-  try {
-    EXPECT_EQ(search.traversal.find_pairs(std::span(&query, 1), Leaf::quad).size(),
-              std::size_t{n * n} * (n * n));
-  } catch (const std::runtime_error& error) {
-    const std::string text = error.what();
-    EXPECT_NE(text.find("MiB, and this device allows"), std::string::npos) << text;
-  }
-  const Ball ball{{0, 0, 0}, 1};
-  EXPECT_EQ(search.traversal.find_leaves(0, std::span(&ball, 1), 0, Leaf::quad).size(),
-            std::size_t{n * n});
 }
 
 TEST(ComputeTraversal, FindsNothingWhereThereIsNothing) {
