@@ -172,6 +172,22 @@ struct ParticlesOptions {
 };
 int run_particles(const ParticlesOptions& options);
 
+// Cost of runs whose time goes to contact: a sheet that drapes over a ball, by the size of its
+// image, by threads and by stiffness, and drape_torus. Returns 1 if a run fails, if surfaces cross,
+// or if the number of threads changes a trajectory.
+struct ContactOptions {
+  std::vector<int> sizes{33, 65, 129};
+  std::vector<int> threads{1};
+  std::vector<double> stiffnesses;     // of contact, Pa/m; a row of 33 x 33 vertices each
+  std::optional<double> duration;      // s, of every row; default: 1, or 0.5 for more than 65 x 65
+  bool torus = true;                   // also cases/drape_torus.toml
+  int looks = 20;                      // times at which surfaces are checked
+  std::vector<std::string> overrides;  // of every row
+  bool json = false;
+  std::filesystem::path plots;  // folder of SVG files; empty: none
+};
+int run_contact(const ContactOptions& options);
+
 // Cost of planning, listing and looking at a sweep, whose runs take no time. Returns 1 if a result
 // is lost.
 struct SweepsOptions {

@@ -135,6 +135,28 @@ foreach(i RANGE 1)
   endif()
 endforeach()
 
+# A small drape touches the ball, without crossings and with the same bits on two threads.
+run(json contact --json --sizes 9 --threads 1,2 --stiffness 1e7 --duration 0.2 --looks 4 --no-torus
+  --plots contact --set body.sheet.shape.size=[0.4,0.4])
+string(JSON count LENGTH "${json}" rows)
+foreach(i RANGE 2)
+  foreach(key row vertices cpu_s_per_s us_per_vertex_and_60th detection_share linear_solve_share steps evaluations
+      pairs_measured_per_evaluation pairs_in_contact linear_iterations_per_solve crossings trajectory)
+    string(JSON ${key}_${i} GET "${json}" rows ${i} ${key})
+  endforeach()
+  if(NOT pairs_in_contact_${i} GREATER 0 OR NOT crossings_${i} EQUAL 0 OR NOT detection_share_${i} GREATER 0)
+    message(FATAL_ERROR "contact: ${json}")
+  endif()
+endforeach()
+set(expected 3)
+if(bullet_cloth)
+  set(expected 5)
+endif()
+if(NOT count EQUAL expected OR NOT trajectory_0 STREQUAL trajectory_1 OR trajectory_0 STREQUAL trajectory_2 OR
+    NOT EXISTS ${work}/contact/contact_growth.svg OR NOT EXISTS ${work}/contact/contact_pairs.svg)
+  message(FATAL_ERROR "contact: ${json}")
+endif()
+
 # A row for each image, and a chart; other cases are left out.
 run(json shells --json --plots shells --cases cantilever_end_shear)
 string(JSON count LENGTH "${json}" rows)

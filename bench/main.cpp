@@ -33,6 +33,7 @@ struct Arguments {
   ShellsOptions shells;
   SweepsOptions sweeps;
   ParticlesOptions particles;
+  ContactOptions contact;
 };
 
 CLI::Option* add_numbers(CLI::App& sub, const char* name, std::vector<int>& numbers, int least,
@@ -281,6 +282,27 @@ void add_shells(CLI::App& sub, Arguments& arguments) {
   sub.add_option("--plots", options.plots, "Folder of charts of errors (SVG)");
 }
 
+void add_contact(CLI::App& sub, Arguments& arguments) {
+  ContactOptions& options = arguments.contact;
+  add_sizes(sub, options.sizes, "Sheets of n x n vertices that drape over a ball");
+  add_numbers(sub, "--threads", options.threads, 1, 1024, "Threads: a row of each for every sheet");
+  sub.add_option("--stiffness", options.stiffnesses,
+                 "Stiffnesses of contact: a row of 33 x 33 vertices for each, Pa/m")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
+  sub.add_option("--duration", options.duration,
+                 "Simulated time of every row, s (default: 1, or 0.5 for more than 65 x 65)")
+      ->check(CLI::PositiveNumber);
+  sub.add_flag("!--no-torus", options.torus, "Leave out cases/drape_torus.toml");
+  sub.add_option("--looks", options.looks, "Times at which surfaces are checked for crossings")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  sub.add_option("--set", options.overrides, "Override a key of all cases: KEY=VALUE")
+      ->allow_extra_args(false);
+  sub.add_flag("--json", options.json, "Print JSON instead of a table");
+  sub.add_option("--plots", options.plots, "Folder of charts of growth (SVG)");
+}
+
 void add_sweeps(CLI::App& sub, Arguments& arguments) {
   sub.add_option("--runs", arguments.sweeps.runs, "Runs of the sweep")
       ->check(CLI::Range(1, 1'000'000))
@@ -372,6 +394,8 @@ constexpr std::array experiments{
                [](const Arguments& a) { return run_skipping(a.skipping); }},
     Experiment{"particles", "Rigid particles that pour onto a torus, by their number",
                add_particles, [](const Arguments& a) { return run_particles(a.particles); }},
+    Experiment{"contact", "Cost of cloth in contact, by size, threads and stiffness", add_contact,
+               [](const Arguments& a) { return run_contact(a.contact); }},
     Experiment{"sweeps", "Cost of planning, listing and looking at many runs", add_sweeps,
                [](const Arguments& a) { return run_sweeps(a.sweeps); }},
 };

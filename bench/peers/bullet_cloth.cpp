@@ -23,7 +23,7 @@ namespace {
 
 btVector3 vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
-// The parts that every world of Bullet needs; nothing collides here.
+// The parts that every world of Bullet needs.
 struct Ground {
   btSoftBodyRigidBodyCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};
@@ -51,6 +51,36 @@ std::unique_ptr<btSoftBody> make_body(const ClothProblem& problem, btSoftBodyWor
   body->setActivationState(DISABLE_DEACTIVATION);
   return body;
 }
+
+// The ball, in a world of soft bodies. Nodes of the cloth collide with its signed distance, which
+// is Bullet's usual contact of soft with rigid bodies.
+class Ball {
+ public:
+  Ball(const ClothBall& ball, btSoftRigidDynamicsWorld& world, btSoftBody& cloth)
+      : shape_(ball.radius),
+        body_(btRigidBody::btRigidBodyConstructionInfo(0, nullptr, &shape_)),
+        world_(world),
+        used_(ball.radius > 0) {
+    if (!used_) return;
+    body_.setWorldTransform(btTransform(btQuaternion::getIdentity(), vector(ball.centre)));
+    body_.setFriction(1);
+    world_.addRigidBody(&body_);
+    cloth.m_cfg.collisions = btSoftBody::fCollision::SDF_RS;
+    cloth.m_cfg.kDF = ball.friction;
+    cloth.getCollisionShape()->setMargin(ball.gap);
+  }
+  ~Ball() {
+    if (used_) world_.removeRigidBody(&body_);
+  }
+  Ball(const Ball&) = delete;
+  Ball& operator=(const Ball&) = delete;
+
+ private:
+  btSphereShape shape_;
+  btRigidBody body_;
+  btSoftRigidDynamicsWorld& world_;
+  bool used_;
+};
 
 template <class World>
 ClothOutcome run(World& world, const btSoftBody& body, const ClothSettings& settings) {
@@ -88,7 +118,10 @@ ClothOutcome run_soft_body(const ClothProblem& problem, const ClothSettings& set
     link.m_c0 = inverse_mass / (1 - std::pow(1 + s, -1.0 / settings.iterations));
   }
   body->m_cfg.piterations = settings.iterations;
-  world.addSoftBody(body.get(), 0, 0);
+  const Ball ball(problem.ball, world, *body);
+  const int group = problem.ball.radius > 0 ? btBroadphaseProxy::DefaultFilter : 0;
+  const int mask = problem.ball.radius > 0 ? btBroadphaseProxy::AllFilter : 0;
+  world.addSoftBody(body.get(), group, mask);
   ClothOutcome outcome = run(world, *body, settings);
   world.removeSoftBody(body.get());
   return outcome;
@@ -122,6 +155,7 @@ btDeformableMassSpringForce make_springs(const ClothProblem& problem, btSoftBody
 // nothing moves.
 ClothOutcome run_deformable(const ClothProblem& problem, const ClothSettings& settings,
                             bool implicit) {
+  if (problem.ball.radius > 0) throw std::invalid_argument("a ball beside deformable bodies");
   Ground ground;
   DeformableSolver solver(settings);
   btDeformableMultiBodyConstraintSolver constraint_solver;

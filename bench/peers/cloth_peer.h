@@ -18,12 +18,22 @@ struct ClothSpring {
   double stiffness = 0;    // k, N/m: W = k/2 (l - L)^2
 };
 
-// Undamped springs between point masses under gravity, without air and contact.
+// A ball at rest that point masses keep out of.
+struct ClothBall {
+  std::array<double, 3> centre{};  // m
+  double radius = 0;               // m; 0: no ball
+  double gap = 0;                  // m, distance that point masses keep from it
+  double friction = 0;             // Coulomb coefficient
+};
+
+// Undamped springs between point masses under gravity, without air and without contact but that
+// with a ball.
 struct ClothProblem {
   std::array<double, 3> gravity{};                        // m/s^2
   std::vector<std::array<double, 3>> position, velocity;  // at the start, m, m/s
   std::vector<double> mass;                               // kg; 0: held in place
   std::vector<ClothSpring> springs;
+  ClothBall ball = {};
 };
 
 struct ClothSettings {
@@ -42,8 +52,8 @@ struct ClothOutcome {
   std::vector<std::array<double, 3>> position;  // at the end, m
 };
 
-// Simulates cloth. Throws std::invalid_argument for an unknown method, or springs that the library
-// cannot express.
+// Simulates cloth. Throws std::invalid_argument for an unknown method, springs that the library
+// cannot express, or a ball that the method does not know.
 ClothOutcome simulate_cloth(const ClothProblem& problem, const ClothSettings& settings);
 
 // Text form, exact to the last bit. Reading incomplete text sets the stream's failure state.

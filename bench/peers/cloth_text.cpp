@@ -47,7 +47,9 @@ std::ostream& operator<<(std::ostream& stream, const ClothProblem& problem) {
     stream << spring.ends[0] << ' ' << spring.ends[1] << ' ' << spring.rest_length << ' '
            << spring.stiffness << '\n';
   }
-  return stream;
+  const ClothBall& ball = problem.ball;
+  write(stream, {ball.centre});
+  return stream << ball.radius << ' ' << ball.gap << ' ' << ball.friction << '\n';
 }
 
 std::istream& operator>>(std::istream& stream, ClothProblem& problem) {
@@ -63,6 +65,8 @@ std::istream& operator>>(std::istream& stream, ClothProblem& problem) {
        stream >> spring.ends[0] >> spring.ends[1] >> spring.rest_length >> spring.stiffness;) {
     problem.springs.push_back(spring);
   }
+  auto& [centre, radius, gap, friction] = problem.ball;
+  stream >> centre[0] >> centre[1] >> centre[2] >> radius >> gap >> friction;
   return stream;
 }
 

@@ -109,6 +109,24 @@ TEST(BulletCloth, DeformableSheetConvergesToThatOfWeft) {
   }
 }
 
+// A point mass that falls on a ball stays on top of it.
+TEST(BulletCloth, SoftBodyStaysOutsideABall) {
+  ClothProblem problem;
+  problem.gravity = {0, 0, -9.81};
+  problem.position = {{0, 0, 0.3}, {0.01, 0, 0.3}};
+  problem.velocity = {{0, 0, 0}, {0, 0, 0}};
+  problem.mass = {0.01, 0.01};
+  problem.springs = {{{0, 1}, 0.01, 100}};
+  problem.ball = {{0, 0, 0}, 0.25, 0.002, 0.3};
+  const ClothOutcome outcome = simulate_cloth(problem, settings_of("soft-body", 0.25, 60));
+  EXPECT_EQ(outcome.failure, "");
+  for (const auto& p : outcome.position) {
+    EXPECT_GT(std::hypot(p[0], p[1], p[2]), 0.25);
+    EXPECT_LT(std::hypot(p[0], p[1], p[2]), 0.26);
+  }
+  EXPECT_THROW(simulate_cloth(problem, settings_of("deformable", 0.1, 1)), std::invalid_argument);
+}
+
 TEST(BulletCloth, RefusesWhatItCannotExpress) {
   const Sheet sheet{
       build_scene(read_case(WEFT_CASES_DIR "/spring_sheet.toml",

@@ -27,7 +27,8 @@ T through_text(const T& value) {
 }
 
 TEST(ClothText, IsExact) {
-  const ClothProblem problem = cloth_problem(*sheet({"body.sheet.shape.resolution=[3,4]"}));
+  ClothProblem problem = cloth_problem(*sheet({"body.sheet.shape.resolution=[3,4]"}));
+  problem.ball = {{0.1, 1.0 / 3, -2}, 0.25, 2e-3, 0.3};
   const ClothProblem read = through_text(problem);
   EXPECT_EQ(read.gravity, problem.gravity);
   EXPECT_EQ(read.position, problem.position);
@@ -39,6 +40,10 @@ TEST(ClothText, IsExact) {
     EXPECT_EQ(read.springs[i].rest_length, problem.springs[i].rest_length);
     EXPECT_EQ(read.springs[i].stiffness, problem.springs[i].stiffness);
   }
+  EXPECT_EQ(read.ball.centre, problem.ball.centre);
+  EXPECT_EQ(read.ball.radius, problem.ball.radius);
+  EXPECT_EQ(read.ball.gap, problem.ball.gap);
+  EXPECT_EQ(read.ball.friction, problem.ball.friction);
   const ClothSettings settings =
       through_text(ClothSettings{"soft-body", 1.0 / 3, 7, 4, 1e-7, true, 0.1});
   EXPECT_EQ(settings.method, "soft-body");
