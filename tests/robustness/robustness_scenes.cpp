@@ -17,16 +17,16 @@ constexpr std::array contact_scenes{"closing_plates", "fast_ball",        "pulle
 // The parts (s) of cases that take long.
 constexpr std::array<std::pair<const char*, double>, 13> parts{{
     {"creased_paper", 1.2},
-    {"drape_torus", 0.4},
-    {"falling_box_of_sheets", 0.3},
+    {"drape_torus", 0.25},
+    {"falling_box_of_sheets", 0.15},
     {"flag_in_gusts", 1.0},
-    {"flag_in_wind", 0.5},
-    {"pulled_through_ring", 0.35},
-    {"sheet_on_sphere", 0.4},
+    {"flag_in_wind", 0.3},
+    {"pulled_through_ring", 0.25},
+    {"sheet_on_sphere", 0.3},
     {"shell_on_trampoline", 0.4},
     {"stacked_sheets", 0.1},
-    {"tube_on_torus", 0.4},
-    {"two_fabrics", 0.3},
+    {"tube_on_torus", 0.3},
+    {"two_fabrics", 0.2},
     {"undamped_sheet", 1.0},
     {"vibrating_plate", 0.02},
 }};
