@@ -239,8 +239,8 @@ TEST_F(ProbedTrajectory, ReadsOutputsFromTexts) {
   const OutputExpression output = output_of(" tip=  last(time) ");
   EXPECT_EQ(output.name, "tip");
   EXPECT_EQ(output.text.text, "last(time)");
-  EXPECT_EQ(to_text({{"a", 1.5}, {"long", NAN}}), "a     1.5\nlong  no number\n");
-  EXPECT_EQ(to_json({{"a", 1.5}, {"b", NAN}}), "{\n  \"a\": 1.5,\n  \"b\": null\n}");
+  EXPECT_EQ(to_text(OutputValues{{"a", 1.5}, {"long", NAN}}), "a     1.5\nlong  no number\n");
+  EXPECT_EQ(to_json(OutputValues{{"a", 1.5}, {"b", NAN}}), "{\n  \"a\": 1.5,\n  \"b\": null\n}");
   for (const auto& [text, message] : {std::pair("tip",
                                                 "tip: no \"=\"\n  expected NAME = EXPRESSION,"
                                                 " such as stretch = max(largest_stretch)"),

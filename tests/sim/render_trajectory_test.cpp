@@ -144,8 +144,9 @@ TEST_F(RenderTrajectory, RefusesPositionsThatAreTooFarAway) {
     }
     std::string message = "drawn";
     try {
-      render_trajectory(folder_.path("far.h5"), folder_.path("pictures"),
-                        {.width = 32, .height = 24, .movie = false});
+      RenderOptions options = small_pictures();
+      options.movie = false;
+      render_trajectory(folder_.path("far.h5"), pictures(), options);
     } catch (const std::runtime_error& error) {
       message = error.what();
     }
