@@ -10,6 +10,7 @@ set(weft_bsi_headers
   pyramid.h
   rigid_pyramid.h
   shapes.h
+  sphere_hierarchy.h
   traversal.h
   triangle_intersection.h
   # included

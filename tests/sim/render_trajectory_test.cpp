@@ -120,7 +120,7 @@ RedPart red_part(const Pixels& pixels) {
   for (int row = 0; row < pixels.height; ++row) {
     for (int col = 0; col < pixels.width; ++col) {
       const std::uint8_t* pixel = &pixels.rgb[3 * (std::size_t{1} * row * pixels.width + col)];
-      if (pixel[0] < pixel[2] + 50) continue;
+      if (pixel[0] < pixel[2] + 25) continue;
       part.mean_row += row;
       ++part.count;
     }
