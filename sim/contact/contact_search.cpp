@@ -142,8 +142,9 @@ double search_slack(const Scene& scene) {
   return scene.source.contact.search_slack.value_or(default_slack(scene));
 }
 
-double neighbour_radius(double thickness, double range) {
-  return std::numbers::pi / 2 * thickness + range;
+double neighbour_radius(const SceneBody& body, double range) {
+  const bsi::Neighbourhoods near(body.surface_mesh(), body.surface_rest(), body.thickness + range);
+  return near.are_rings() ? 0 : std::numbers::pi / 2 * body.thickness + range;
 }
 
 ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenSearch search)
@@ -165,7 +166,7 @@ void ContactSearch::find_neighbourhoods(int b) {
   const SceneBody& body = scene_.bodies[b];
   if (!is_searched(scene_, {b, b})) return;
   auto found = std::make_unique<const bsi::Neighbourhoods>(body.surface_mesh(), body.surface_rest(),
-                                                           neighbour_radius(body.thickness, range_),
+                                                           neighbour_radius(body, range_),
                                                            scene_.threads);
   if (!found->are_rings()) tracked_[b].neighbourhoods = std::move(found);
 }
@@ -612,8 +613,9 @@ void ContactSearch::build_lists(const PlacedPoints& start, const PlacedPoints& e
   for (std::size_t i = 0; i < building_.size(); ++i) {
     CandidateList& list = lists_[building_[i]];
     collect_features(scene_, {start.position(), end.position()}, quad_pairs_[i],
-                     {reach(list), slack_ + stray(list), neighbourhoods(list.body_a)}, list,
-                     statistics_.counters);
+                     {reach(list), slack_ + stray(list),
+                      list.is_self() ? neighbourhoods(list.body_a) : nullptr},
+                     list, statistics_.counters);
   }
 }
 

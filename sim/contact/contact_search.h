@@ -62,12 +62,14 @@ std::vector<CandidateList> searched_pairs(const Scene& scene);
 std::vector<CandidateList> neighbours_at_start(const Scene& scene);
 // Returns the distance (m) by which candidate lists reach beyond thickness + range.
 double search_slack(const Scene& scene);
-// Returns the geodesic distance at rest (m) below which features of a body of this thickness are
-// not in contact with each other: pi/2 thickness + range. It is at least thickness + range, so that
-// a body does not push itself at rest. It is half the circumference of a circle of the diameter
+// Returns the geodesic distance at rest (m) below which features of a body are not in contact with
+// each other. It is 0 for meshes whose vertices are all farther than thickness + range from the
+// triangles that they do not belong to: contact then holds nearest neighbours apart too. For finer
+// meshes it is pi/2 thickness + range. This is half the circumference of a circle of the diameter
 // `thickness`, and `range` more: across a round fold, features beyond that distance are no closer
-// than the layers of the fold, or keep a gap of more than half the range.
-double neighbour_radius(double thickness, double range);
+// than the layers of the fold, or keep a gap of more than half the range. O(triangles within
+// thickness + range of all vertices).
+double neighbour_radius(const SceneBody& body, double range);
 
 // Keeps candidate lists of pairs of bodies. With the exceptions below, the lists contain every pair
 // of features closer than thickness + range at the positions or along the paths of the last update.

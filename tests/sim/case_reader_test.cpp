@@ -338,11 +338,12 @@ TEST(CaseSchema, CoversEveryKey) {
     EXPECT_FALSE(field.meaning.empty());
   });
   const std::map<std::string, int> expected{
-      {"", 16},
+      {"", 17},
       {"time", 14},
       {"static", 7},
       {"world", 3},
-      {"contact", 8},
+      {"contact", 9},
+      {"contact.pair[0]", 3},
       {"output", 10},
       {"output.part[0]", 4},
       {"compute", 4},
@@ -369,6 +370,8 @@ TEST(CaseSchema, CoversEveryKey) {
       {"tie[0]", 11},
       {"seam[0]", 12},
       {"load[0]", 13},
+      {"particles[0]", 10},
+      {"particles[0].positions", 11},
   };
   EXPECT_EQ(keys, expected);
 }

@@ -2,6 +2,7 @@
 // through each other.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -107,6 +108,39 @@ TEST(ContactNeighbours, AFoldItselfIsNotStiffened) {
   EXPECT_LT(contact.energy(), 1.05 * layers * 0.25 * 0.5);
 }
 
+// Neighbours are features of one body. Those of an obstacle that have the numbers of neighbours are
+// in contact like all others.
+TEST(ContactNeighbours, AFineSheetLiesOnAnObstacleWithItsWholeArea) {
+  constexpr double gap = 0.4 * range;
+  const auto scene = build_scene(parse_case(R"(
+[time]
+duration = 1
+[contact]
+range = 5e-3
+[[body]]
+name = "sheet"
+thickness = 5e-3
+position = [0, 0, 7e-3]
+shape = { type = "rectangle", size = [0.25, 0.25], resolution = [65, 65] }
+[[obstacle]]
+name = "floor"
+thickness = 5e-3
+shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
+)",
+                                            "test.toml"));
+  Statistics statistics;
+  Contact contact(*scene, statistics);
+  const Positions& x = scene->initial_position;
+  ASSERT_FALSE(contact.evaluate(x, Positions(x.size(), Vec3::Zero()), 1));
+  Positions force(x.size(), Vec3::Zero());
+  contact.add_forces(force);
+  double push = 0;
+  for (int i = 0; i < scene->dynamic_particles; ++i) push += force[i].z();
+  const double pressure = -materials::barrier(gap, range, scene->source.contact.stiffness).first;
+  EXPECT_NEAR(push / (pressure * 0.25 * 0.25), 1, 1e-9);
+  EXPECT_FALSE(contact.check_path(x, x));
+}
+
 // One vertex is drawn through a triangle two cells away, which no force keeps it from.
 TEST(ContactNeighbours, PathsThroughNeighboursAreRefused) {
   const auto scene = sheet_of(129);
@@ -161,7 +195,7 @@ keyframes = [ { time = 0 }, { time = 0.25, rotation_deg = [0, 180, 0] } ]
 name = "floor"
 shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
 )");
-  std::size_t in_contact = 0;
+  std::size_t most_in_contact = 0;
   for (int frame = 1; frame <= 40; ++frame) {
     const std::vector<double> y = sim.advance_to(0.01 * frame);
     ASSERT_FALSE(testing::Test::HasFailure()) << frame;
@@ -169,15 +203,16 @@ shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
     const SceneBody& strip = sim.scene().bodies[0];
     const CrossingSurface surface{std::span(x).first(strip.particle_count()), strip.mesh.triangles};
     EXPECT_TRUE(find_crossings({&surface, 1}).empty()) << frame;
-    in_contact = 0;
+    std::size_t in_contact = 0;
     Statistics statistics;
     Contact contact(sim.scene(), statistics);
     const Positions still(x.size(), Vec3::Zero());
     ASSERT_FALSE(contact.evaluate(x, still, 1));
     for (const ContactPair& pair : contact.pairs())
       in_contact += sim.scene().body_index_of_point(pair.nodes[3]) == 0 ? 1 : 0;
+    most_in_contact = std::max(most_in_contact, in_contact);
   }
-  EXPECT_GT(in_contact, 10U);  // the strip lies on itself
+  EXPECT_GT(most_in_contact, 10U);  // the strip has lain on itself
 }
 
 }  // namespace

@@ -62,7 +62,7 @@ ContactOracle::ContactOracle(const Scene& scene)
     const SceneBody& a = scene.bodies[searched_[l].body_a];
     const SceneBody& b = scene.bodies[searched_[l].body_b];
     neighbourhood_.clear();
-    if (searched_[l].is_self()) find_neighbourhoods(a, neighbour_radius(a.thickness, range_));
+    if (searched_[l].is_self()) find_neighbourhoods(a, neighbour_radius(a, range_));
     add_vertices(l, 0, a, b);
     if (!searched_[l].is_self()) add_vertices(l, 1, b, a);
     add_edges(l, a, b);

@@ -10,6 +10,7 @@
 #include "sim/command/run_command.h"
 #include "sim/sweep/local_engine.h"
 #include "sim/sweep/plan_file.h"
+#include "sim/sweep/to_do_list.h"
 #include "tests/sim/weft_process.h"
 
 namespace weft::sim::sweep_options_test {
@@ -185,14 +186,17 @@ TEST_F(SweepOptions, GoesOnWithARunThatWasOverItsTime) {
 
 TEST_F(SweepOptions, RewritesTheSummaryAsRunsEnd) {
   write("sweep.toml", R"(case = "base.toml"
+[set]
+"material.cotton.mass_damping" = 5
 [factors]
 "time.duration" = { list = [0.02, 0.03, 1e6] }
 [outputs]
 end = "duration"
 )");
   WeftProcess sweep(folder(),
-                    {"sweep", "sweep.toml", "-o", path("out").string(), "-j", "1", "--quiet"});
-  // The second run ends within the pause after the first summary, and the third one does not end.
+                    {"sweep", "sweep.toml", "-o", path("out").string(), "-j", "2", "--quiet"});
+  // The longest run begins first and does not end. Of the others, which go beside it, the last one
+  // ends within the pause after the first summary.
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   while (count_of(summary(), ",done,") < 2 && std::chrono::steady_clock::now() < end)
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -207,6 +211,8 @@ end = "duration"
 // On a terminal of 60 columns.
 TEST_F(SweepOptions, ShowsALiveTable) {
   write("sweep.toml", R"(case = "base.toml"
+[set]
+"material.cotton.mass_damping" = 5
 [factors]
 "time.duration" = { list = [0.02, 1e3] }
 )");
@@ -215,7 +221,7 @@ TEST_F(SweepOptions, ShowsALiveTable) {
   const winsize size{24, 60, 0, 0};
   ASSERT_EQ(ioctl(terminal, TIOCSWINSZ, &size), 0);
   const std::string line = ptsname(terminal);
-  WeftProcess sweep(folder(), {"sweep", "sweep.toml", "-o", path("out").string(), "-j", "1"},
+  WeftProcess sweep(folder(), {"sweep", "sweep.toml", "-o", path("out").string(), "-j", "2"},
                     [&] { dup2(open(line.c_str(), O_RDWR | O_NOCTTY), STDERR_FILENO); });
   std::string shown;
   std::array<char, 4096> part{};
@@ -279,6 +285,7 @@ TEST_F(SweepOptions, MeasuresTheMemoryOfTheRunAlone) {
   refused.hash = std::string(64, '0');
   refused.refusal = std::string(60'000'000, 'x');
   write_plan(path("large"), plan);
+  write_to_do_list(to_do_path(path("large")), plan, runs_to_do(path("large"), plan, false));
   const Result result = weft({"sweep", "work", "large", "--quiet", "--json"});
   EXPECT_EQ(result.code, exit_code::some_runs_failed) << result.err;
   const double beside_plan = results("large").at(0).at("peak_memory_mib");
