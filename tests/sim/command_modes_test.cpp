@@ -207,7 +207,10 @@ TEST_F(CommandModes, FailsWithTheReasonAndWithoutAFile) {
   EXPECT_EQ(json["status"], "failed");
   EXPECT_EQ(json["reason_kind"], "solver");
   EXPECT_TRUE(json["modes"].empty());
-  EXPECT_NE(loose.err.find("is singular; it is weakest at body \"plate\""), std::string::npos)
+  // Rounding decides whether the stiffness of the free directions is zero or negative.
+  EXPECT_TRUE(loose.err.find("is singular; it is weakest at body \"plate\"") !=
+                  std::string::npos ||
+              loose.err.find("is unstable: its tangent stiffness has ") != std::string::npos)
       << loose.err;
   EXPECT_FALSE(exists("out"));
   expect_refused(run("modes", "plate_modes_ffff", {"--set", "world.gravity.2=-1", "-o", "out"}),

@@ -88,8 +88,8 @@ TEST(ContactNeighbours, AFoldedSheetPushesByItsAreaAtAnyResolution) {
     for (std::size_t i = 0; i < x.size(); ++i) (x[i].z() > 0 ? upper : lower) += force[i].z();
     const double area = 0.25 * (0.5 - middle);
     const double push = -materials::barrier(gap, range, scene->source.contact.stiffness).first;
-    EXPECT_NEAR(upper / (push * area), 1, 0.03) << n;
-    EXPECT_NEAR(lower / (push * area), -1, 0.03) << n;
+    EXPECT_NEAR(upper / (push * area), 1, 0.05) << n;
+    EXPECT_NEAR(lower / (push * area), -1, 0.05) << n;
   }
 }
 

@@ -171,7 +171,7 @@ TEST(Symmetry, HalfAPlateSagsLikeTheWhole) {
 method = "static"
 duration = 1
 frames_per_second = 1
-position_tolerance = 1e-10
+position_tolerance = 1e-9
 [static]
 loading = "in_time"
 [world]

@@ -287,7 +287,7 @@ TEST_F(SweepOptions, MeasuresTheMemoryOfTheRunAlone) {
   write_plan(path("large"), plan);
   write_to_do_list(to_do_path(path("large")), plan, runs_to_do(path("large"), plan, false));
   const Result result = weft({"sweep", "work", "large", "--quiet", "--json"});
-  EXPECT_EQ(result.code, exit_code::some_runs_failed) << result.err;
+  EXPECT_EQ(result.code, exit_code::done) << result.err;
   const double beside_plan = results("large").at(0).at("peak_memory_mib");
   EXPECT_GT(alone, 1);
   EXPECT_LT(beside_plan, 1.5 * alone);
