@@ -59,5 +59,6 @@ set(weft_sim_headers
   base/failure.h
   base/file_error.h
   base/statistics.h
+  base/step_census.h
   base/vectors.h
   case/varying.h)
