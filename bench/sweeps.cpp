@@ -83,9 +83,8 @@ class ManyRuns {
     time("plan", [&] { plan_ = plan_sweep(read_sweep(folder_.path("sweep.toml"))); });
     time("write plan", [&] { write_plan(sweep_, plan_); });
     time_command("weft sweep --dry-run", {"sweep", "sweep.toml", "-o", sweep_, "--dry-run"});
-    time("list of runs to do", [&] {
-      write_to_do_list(to_do_path(sweep_), plan_, runs_to_do(sweep_, plan_, false));
-    });
+    time("list of runs to do",
+         [&] { write_to_do_list(to_do_path(sweep_), plan_, runs_to_do(sweep_, plan_, false)); });
     const auto outputs = joined_outputs(plan_.case_outputs, plan_.sweep_outputs);
     values_ = output_values(trajectory_, outputs);
     const std::size_t written = std::min<std::size_t>(100, plan_.runs.size());

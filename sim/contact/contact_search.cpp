@@ -165,9 +165,8 @@ ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenS
 void ContactSearch::find_neighbourhoods(int b) {
   const SceneBody& body = scene_.bodies[b];
   if (!is_searched(scene_, {b, b})) return;
-  auto found = std::make_unique<const bsi::Neighbourhoods>(body.surface_mesh(), body.surface_rest(),
-                                                           neighbour_radius(body, range_),
-                                                           scene_.threads);
+  auto found = std::make_unique<const bsi::Neighbourhoods>(
+      body.surface_mesh(), body.surface_rest(), neighbour_radius(body, range_), scene_.threads);
   if (!found->are_rings()) tracked_[b].neighbourhoods = std::move(found);
 }
 
@@ -612,10 +611,10 @@ void ContactSearch::build_lists(const PlacedPoints& start, const PlacedPoints& e
   if (!obstacles_.all().empty()) place_found(start, end);
   for (std::size_t i = 0; i < building_.size(); ++i) {
     CandidateList& list = lists_[building_[i]];
-    collect_features(scene_, {start.position(), end.position()}, quad_pairs_[i],
-                     {reach(list), slack_ + stray(list),
-                      list.is_self() ? neighbourhoods(list.body_a) : nullptr},
-                     list, statistics_.counters);
+    collect_features(
+        scene_, {start.position(), end.position()}, quad_pairs_[i],
+        {reach(list), slack_ + stray(list), list.is_self() ? neighbourhoods(list.body_a) : nullptr},
+        list, statistics_.counters);
   }
 }
 

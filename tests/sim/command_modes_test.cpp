@@ -208,8 +208,7 @@ TEST_F(CommandModes, FailsWithTheReasonAndWithoutAFile) {
   EXPECT_EQ(json["reason_kind"], "solver");
   EXPECT_TRUE(json["modes"].empty());
   // Rounding decides whether the stiffness of the free directions is zero or negative.
-  EXPECT_TRUE(loose.err.find("is singular; it is weakest at body \"plate\"") !=
-                  std::string::npos ||
+  EXPECT_TRUE(loose.err.find("is singular; it is weakest at body \"plate\"") != std::string::npos ||
               loose.err.find("is unstable: its tangent stiffness has ") != std::string::npos)
       << loose.err;
   EXPECT_FALSE(exists("out"));
