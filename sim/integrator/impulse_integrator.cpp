@@ -211,7 +211,7 @@ void ImpulseIntegrator::move(double length) {
 // Returns the largest distance (m) that a point of an obstacle moves until `end` (s).
 double ImpulseIntegrator::obstacle_travel(double end) const {
   double travel = 0;
-  for (const SphereSurface& surface : surfaces_.all()) {
+  for (const ObstacleSurface& surface : surfaces_.all()) {
     if (surface.motion == nullptr) continue;
     travel = std::max(
         travel,

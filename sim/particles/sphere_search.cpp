@@ -94,7 +94,7 @@ void SphereSearch::rebuild(const SphereStart& start, std::span<const double> rea
 // The reach of a sphere counts twice at a surface, as its displacement counts once: the sum is at
 // most twice the allowance.
 void SphereSearch::find_surface_candidates(int surface, std::span<const Vec3> local) {
-  const SphereSurface& target = surfaces_.all()[surface];
+  const ObstacleSurface& target = surfaces_.all()[surface];
   bsi::TraversalCounters counters;
   std::vector<int> found;
   for (std::size_t i = 0; i < local.size(); ++i) {
@@ -108,7 +108,7 @@ void SphereSearch::find_surface_candidates(int surface, std::span<const Vec3> lo
 }
 
 SphereSearch::Closest SphereSearch::closest(const Touch& touch, const Vec3& local) const {
-  const SphereSurface& surface = surfaces_.all()[touch.surface];
+  const ObstacleSurface& surface = surfaces_.all()[touch.surface];
   const auto& [a, b, c] = surface.mesh->triangles[touch.triangle];
   const bsi::Closest found = bsi::closest_vertex_triangle(local, surface.vertices[a],
                                                           surface.vertices[b], surface.vertices[c]);
@@ -138,7 +138,7 @@ SphereContact SphereSearch::sphere_contact(const bsi::LeafPair& pair,
 
 SphereContact SphereSearch::surface_contact(const Touch& touch, const Closest& closest,
                                             const SphereStart& start) const {
-  const SphereSurface& surface = surfaces_.all()[touch.surface];
+  const ObstacleSurface& surface = surfaces_.all()[touch.surface];
   SphereContact contact;
   contact.sphere = touch.sphere;
   contact.surface = touch.surface;
@@ -205,7 +205,7 @@ void SphereSearch::add_surface_contacts(const SphereStart& start, std::span<cons
 // closer triangle, or with an equally close one before it. The candidates from `first` to `end` are
 // those of the same sphere and surface.
 bool SphereSearch::is_minimum(std::size_t candidate, std::size_t first, std::size_t end) const {
-  const SphereSurface& surface = surfaces_.all()[touches_[candidate].surface];
+  const ObstacleSurface& surface = surfaces_.all()[touches_[candidate].surface];
   const auto& triangle = surface.mesh->triangles[touches_[candidate].triangle];
   std::vector<int>::size_type count = 0;
   std::array<int, 3> corners{};
@@ -240,7 +240,7 @@ std::vector<SphereContact> SphereSearch::find_overlaps(const SphereStart& start,
   }
   for (std::size_t i = 0; i < touches_.size(); ++i) {
     const Touch& touch = touches_[i];
-    const SphereSurface& surface = surfaces_.all()[touch.surface];
+    const ObstacleSurface& surface = surfaces_.all()[touch.surface];
     const Vec3& x = end[touch.sphere];
     if (surface.motion == nullptr) {
       const double gap = closest_[i].gap;

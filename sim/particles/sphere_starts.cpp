@@ -17,7 +17,7 @@ constexpr double rounding_share = 1e-9;
 std::string partner_of(const SphereContact& contact, const SphereSurfaces& surfaces,
                        const Scene& scene) {
   if (contact.other >= 0) return scene.describe_particle(contact.other);
-  const SphereSurface& surface = surfaces.all()[contact.surface];
+  const ObstacleSurface& surface = surfaces.all()[contact.surface];
   return "obstacle \"" + scene.bodies[surface.body].name + "\"";
 }
 

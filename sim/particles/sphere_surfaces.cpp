@@ -13,12 +13,12 @@ SphereSurfaces::SphereSurfaces(const Scene& scene) {
     });
     const bool moves = held != scene.prescribed.end() && held->moves;
     const auto first = scene.initial_position.begin() + body.first_particle;
-    SphereSurface surface{.body = b,
-                          .motion = moves ? &held->motion : nullptr,
-                          .vertices = {first, first + body.particle_count()},
-                          .mesh = &body.mesh,
-                          .half_thickness = 0.5 * body.thickness,
-                          .pyramid = bsi::Pyramid(body.atlas, {.tangents = false})};
+    ObstacleSurface surface{.body = b,
+                            .motion = moves ? &held->motion : nullptr,
+                            .vertices = {first, first + body.particle_count()},
+                            .mesh = &body.mesh,
+                            .half_thickness = 0.5 * body.thickness,
+                            .pyramid = bsi::Pyramid(body.atlas, {.tangents = false})};
     if (moves) surface.vertices = held->start;
     [[maybe_unused]] const auto fault = surface.pyramid.rebuild(surface.vertices, scene.threads);
     assert(!fault);
@@ -28,7 +28,7 @@ SphereSurfaces::SphereSurfaces(const Scene& scene) {
 
 std::vector<RigidPose> SphereSurfaces::poses(double time) const {
   std::vector<RigidPose> poses;
-  for (const SphereSurface& surface : all_)
+  for (const ObstacleSurface& surface : all_)
     poses.push_back(surface.motion != nullptr ? surface.motion->pose(time) : RigidPose());
   return poses;
 }

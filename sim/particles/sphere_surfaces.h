@@ -11,7 +11,7 @@
 namespace weft::sim {
 
 // The surface of an obstacle in its frame at t = 0, with a pyramid that is built once.
-struct SphereSurface {
+struct ObstacleSurface {
   int body = 0;                // index into Scene::bodies
   const RigidMotion* motion;   // null if the obstacle rests
   std::vector<Vec3> vertices;  // m, at t = 0
@@ -25,13 +25,13 @@ class SphereSurfaces {
   // The scene must outlive the object. O(vertices of obstacles).
   explicit SphereSurfaces(const Scene& scene);
 
-  std::span<const SphereSurface> all() const { return all_; }
+  std::span<const ObstacleSurface> all() const { return all_; }
   int count() const { return static_cast<int>(all_.size()); }
   // Returns the poses of all surfaces at `time` (s).
   std::vector<RigidPose> poses(double time) const;
 
  private:
-  std::vector<SphereSurface> all_;
+  std::vector<ObstacleSurface> all_;
 };
 
 }  // namespace weft::sim
