@@ -41,7 +41,7 @@ void refuse_overlapping_spheres(const Scene& scene) {
   });
   if (overlaps.empty()) return;
   const SphereContact& first = overlaps.front();
-  // Of two groups, the one that the case names later is at fault.
+  // The group that the case names later is at fault.
   const int later = std::max(first.sphere, first.other);
   throw CaseError(
       scene.body_of_particle(later).spheres->positions.location,

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Computes a sweep by an engine that is disturbed, and compares it with the same sweep undisturbed: no run is lost, none is
-# done twice, and the summary has the same bytes apart from times.
+# Computes a sweep by an engine that is disturbed, and compares it with the same sweep undisturbed: no run is lost, none
+# is done twice, and the summary has the same bytes apart from times.
 # usage: sweep_engines_test.sh WEFT ENGINE [long [RUNS]]    exit code 77 where the programs of the engine are missing
 #   ENGINE  local: killed three times at random moments, with all its runs
 #           slurm: a real Slurm of one node, submitted anew because the time of its jobs is short
 #           mpirun, parallel: by the lines of docs/guide.md, killed once
-#   long    RUNS (200) drapes of 33 x 33 vertices on two cores, some minutes, with figures: how busy the workers were, and times.
+#   long    RUNS (200) drapes of 33 x 33 vertices on two cores, some minutes, with figures: how busy the workers were,
+#           and times.
 #           Otherwise a dozen of small sheets, some seconds.
 set -euo pipefail
 weft=$(readlink -f "$1") engine=$2 size=${3:-short}
@@ -117,8 +118,8 @@ seconds_since() { awk "BEGIN { printf \"%.1f\", $(date +%s.%N) - $1 }"; }
 busy() {
   sed -n 's/^  "wall_s": \([0-9.e+-]*\).*/\1/p' "$1"/runs/*/result.json | awk "{ sum += \$1 } END { printf \"%.0f\", 50 * sum / $2 }"
 }
-# kill_later COUNT PROCESS: kills everything of this sweep at a random moment after COUNT runs are done, and waits until it
-# is gone.
+# kill_later COUNT PROCESS: kills everything of this sweep at a random moment after COUNT runs are done, and waits until
+# it is gone.
 kill_later() {
   while [ "$(count_results disturbed)" -lt "$1" ] && kill -0 "$2" 2>/dev/null; do sleep 0.05; done
   sleep "$(awk "BEGIN { printf \"%.2f\", $whole_seconds / $runs * 2 * $RANDOM / 32768 }")"
@@ -189,7 +190,8 @@ if [ "$engine" = slurm ]; then
   limit=(--wall-time "$(awk "BEGIN { print 2 + 0.5 * $whole_seconds }")")
   if [ "$size" = long ]; then [ $runs -lt 100 ] && limit=(--sbatch=--time=1) || limit=(--sbatch=--time=2); fi
 fi
-# On a machine whose speed varies, all runs may be done before the first kill or the end of the time. Then it begins anew.
+# On a machine whose speed varies, all runs may be done before the first kill or the end of the time. Then it begins
+# anew.
 is_cut=no
 for attempt in 1 2 3; do
   [ $attempt -eq 1 ] || echo "nothing was cut off: attempt $attempt"
