@@ -103,7 +103,7 @@ struct ContactCase {
   double damping_time = 1e-3;          // beta (s): contact damping divided by contact stiffness
   Varying<double> friction = 0.0;      // Coulomb coefficient
   double friction_speed = 1e-2;        // m/s; sliding speed from which friction has its full force
-  std::optional<double> search_slack;  // m; default: a quarter of the mean edge
+  std::optional<double> search_slack;  // m; default: a sixth of the mean edge
   bsi::Bound bound = bsi::Bound::box;  // bounding volumes above the leaves of the search hierarchy
   std::vector<ContactPairCase> pair;   // [[contact.pair]]
 };

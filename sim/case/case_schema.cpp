@@ -117,7 +117,7 @@ Table describe(ContactCase& target) {
       field("search_slack", &search_slack, "m", positive,
             "Distance that the contact search adds to the range, so that its result serves many "
             "steps.")
-          .with_default("a quarter of the mean edge"),
+          .with_default("a sixth of the mean edge"),
       field("bound",
             choice(&bound, {{bsi::Bound::sphere, "sphere"},
                             {bsi::Bound::box, "box"},

@@ -12,20 +12,22 @@
 #include "bsi/detail/neighbourhoods.h"
 #include "bsi/pyramid.h"
 #include "sim/base/statistics.h"
+#include "sim/contact/body_motion.h"
 #include "sim/contact/body_tree.h"
 #include "sim/contact/compute_choice.h"
-#include "sim/contact/rigid_obstacles.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
+
+// The barrier of pairs without a sample has a range of its own, as a fraction of the contact range.
+// These are two edges, and a vertex of an obstacle with a triangle.
+inline constexpr double short_range = 0.25;
 
 // A vertex and a triangle, or two edges, by their indices in the meshes of their bodies.
 struct FeaturePair {
   int a = 0;
   int b = 0;
-  // Lower bound (m) of the distance, at the positions or along the paths for which the list was
-  // built.
-  float distance = 0;
+  float distance = 0;  // m, lower bound of the distance at an earlier time
 };
 
 // Two bodies, a < b, or one body with itself, a == b.
@@ -36,19 +38,38 @@ struct BodyPair {
   auto operator<=>(const BodyPair&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
-// The candidates of two bodies, or of one body with itself. Each list is sorted by (a, b), so that
-// the order does not depend on the processor that found the pairs.
-struct CandidateList {
-  int body_a = 0;
-  int body_b = 0;
-  double thickness = 0;                      // mean thickness of both bodies, m
+// Pairs of features of two bodies, or of one body with itself.
+struct FeaturePairs {
   std::vector<FeaturePair> vertex_triangle;  // vertex of body_a, triangle of body_b
   std::vector<FeaturePair> triangle_vertex;  // vertex of body_b, triangle of body_a; empty for self
   std::vector<FeaturePair> edge_edge;        // edges of body_a and body_b; for self a < b
   // Pairs of neighbours at rest within one body. They are not in contact at any distance, but must
   // not pass through each other.
   std::vector<FeaturePair> near_vertex_triangle, near_edge_edge;
-  double drift = 0;  // m, upper bound of the change of any distance since the list was built
+
+  // Calls use(list of pairs, the same list of `other`, has edges, are neighbours) for all lists.
+  template <class Other, class Use>
+  void for_each_with(Other& other, const Use& use) {
+    use(vertex_triangle, other.vertex_triangle, false, false);
+    use(triangle_vertex, other.triangle_vertex, false, false);
+    use(edge_edge, other.edge_edge, true, false);
+    use(near_vertex_triangle, other.near_vertex_triangle, false, true);
+    use(near_edge_edge, other.near_edge_edge, true, true);
+  }
+  bool is_empty() const {
+    return vertex_triangle.empty() && triangle_vertex.empty() && edge_edge.empty() &&
+           near_vertex_triangle.empty() && near_edge_edge.empty();
+  }
+};
+
+// The candidates of two bodies, or of one body with itself. Each list of pairs is sorted by (a, b),
+// so that the order does not depend on the processor that found them.
+struct CandidateList : FeaturePairs {
+  int body_a = 0;
+  int body_b = 0;
+  double thickness = 0;  // mean thickness of both bodies, m
+  // m, upper bound of the change of any distance since that of FeaturePair
+  double drift = 0;
 
   bool is_self() const { return body_a == body_b; }
 };
@@ -73,18 +94,28 @@ double neighbour_radius(const SceneBody& body, double range);
 
 // Keeps candidate lists of pairs of bodies. With the exceptions below, the lists contain every pair
 // of features closer than thickness + range at the positions or along the paths of the last update.
-// They are built with a slack and remain valid until the bodies have moved by that distance. A
-// translation of a whole body does not count for pairs within the body. A common translation of two
-// bodies does not count for pairs between them.
+// For pairs without a sample, the range is `short_range` of the contact range, unless a body
+// sleeps.
+//
+// Candidates are selected from larger lists. These contain the pairs that are near in a snapshot of
+// the positions, by a slack. When points have moved by that slack, the points that have moved most
+// are recorded anew, and only pairs with such a point are looked for again. The distance of a pair
+// in the snapshot, less the displacements of both features since, tells without the positions that
+// it is out of reach. Candidates stay selected until points have moved by a small part of the
+// slack.
+//
+// The pairs within a body come from a snapshot of its own, relative to the mean of its points. A
+// translation of a whole body therefore does not count for them. A common translation of two bodies
+// does not count for pairs between them.
 //
 // Neighbours at rest have lists of their own. A triangle is a neighbour of a vertex if it belongs
 // to the vertex's neighbourhood of neighbour_radius() (bsi/detail/neighbourhoods.h). Their lists
 // contain every pair of neighbours that meets at the positions or along the paths.
 //
-// Every body has a box. The box of a moving body is larger than necessary. Pairs of bodies whose
-// boxes do not meet have no list and cost nothing. A body that leaves its box gets a new box, and a
-// tree finds its new neighbours. If the bounding spheres of two neighbours are farther apart than
-// their list reaches, the list stays empty until the bodies might have met.
+// Every body has a box in a tree. The box of a moving body is larger than necessary. Pairs of
+// bodies whose boxes do not meet have no list and cost nothing. A body that leaves its box gets a
+// new box, and the tree finds its new neighbours. The list of two neighbours stays empty until the
+// boxes around their present positions come within reach.
 //
 // Obstacles that move as rigid bodies may be given by their poses, from which their positions and
 // displacements are bounded. Their vertices are placed only where positions are needed.
@@ -114,113 +145,86 @@ class ContactSearch {
 
   // Returns the lists of neighbours, sorted by (body_a, body_b).
   std::span<const CandidateList> lists() const { return lists_; }
-  const RigidObstacles& obstacles() const { return obstacles_; }
+  const RigidObstacles& obstacles() const { return motion_.obstacles(); }
   // Returns the neighbourhoods at rest of a body's surface points, or null if its features are
   // neighbours only where they have a common vertex.
-  const bsi::Neighbourhoods* neighbourhoods(int body) const {
-    return tracked_[body].neighbourhoods.get();
-  }
+  const bsi::Neighbourhoods* neighbourhoods(int body) const { return neighbourhoods_[body].get(); }
   double slack() const { return slack_; }
   // Returns the processor that runs the search. If a device fails, the CPU takes over with the same
   // results.
   const ComputeChoice& compute() const { return search_.choice; }
 
  private:
-  // The displacement of a body since a snapshot, m. All its points satisfy |x - x_snapshot - mean|
-  // <= residual.
-  struct Displacement {
-    Vec3 mean{0, 0, 0};
-    double residual = 0;
-    double largest() const { return mean.norm() + residual; }
-  };
   using Box = BodyTree::Box;
-  struct Tracked {
-    // Positions of the body's points when its lists were last built, m. For lists of paths, these
-    // are the ends of the paths. Empty if the body does not move or has not had a list yet, or if
-    // `pose` replaces it.
-    std::vector<Vec3> snapshot;
-    std::vector<Vec3> path_start;  // m, starts of the paths; empty without paths
-    // For a rigid obstacle given by its pose, the poses that replace `snapshot` and `path_start`.
-    std::optional<RigidPose> pose, path_start_pose;
-    double path_length = 0;  // m, sum of the displacements between all earlier snapshots
-    Displacement now;        // displacement since the snapshot at the end of the present path
-    // Displacement since the snapshot at the start of the path. Without a path, equal to `now`.
-    Displacement at_start;
-    double largest() const { return std::max(now.largest(), at_start.largest()); }
-    Box box;           // box around the body's present points or paths, without stray
-    double stray = 0;  // m, bound of the deviation of its points from the present path
-    bool pyramid_built = false;
-    // Sphere around the body at its snapshot, or around its path. The radius is negative until the
-    // first snapshot.
-    bsi::Sphere bounds;
-    // Neighbourhoods at rest of the body's points; null if they are rings or the body is not
-    // searched for contact with itself.
-    std::unique_ptr<const bsi::Neighbourhoods> neighbourhoods;
-  };
   struct ListState {
-    // True if the list is built from pyramids, false if bounding spheres exclude all its pairs.
-    bool near = false;
-    bool built = false;
-    // Distance (m) that both bodies together may move until the pair is no longer excluded.
-    double clearance = 0;
-    // Sum of both bodies' path_length (m) when the pair was excluded.
-    double path_length = 0;
-    // Sum of the strays (m) of both bodies for which the list was built.
-    double stray = 0;
+    bool near = false;   // false if the list is empty because the boxes of the bodies are far apart
+    bool whole = false;  // true if all its pairs must be looked for
+    double stray = 0;    // m, sum of the strays of both bodies for which `pairs` is complete
+    double selected_stray = 0;  // m, the same for the candidates
+    FeaturePairs pairs;         // the pairs that are near in the snapshot
+  };
+  // What an update does with the records of one body.
+  struct Renewal {
+    // Points that have moved farther (m) are recorded anew; infinite if none are.
+    double placed_limit = 0, own_limit = 0;
+    bool has_pairs = false, has_moving_pairs = false, has_own_pairs = false;  // of near lists
   };
 
   void find_neighbourhoods(int body);
-  std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
-  // Finds the displacements of all moving bodies since their snapshots or, with `from_start`, since
-  // their path_start. Extends the boxes of the bodies by the positions `now`. Returns the same as
-  // update().
-  std::optional<int> track(const PlacedPoints& now, bool from_start = false);
-  bool track_pose(const RigidObstacle& obstacle, const PlacedPoints& now, bool from_start);
-  bool track_points(int body, std::span<const Vec3> now, bool from_start);
-  void fill_snapshot(const RigidObstacle& obstacle);
-  static Displacement displacement(std::span<const Vec3> snapshot, std::span<const Vec3> now);
-  static Displacement displacement(const RigidObstacle& obstacle, const RigidPose& snapshot,
-                                   const RigidPose& now);
-  std::optional<int> find_lost(std::span<const Vec3> position, int body) const;
-  // Gives new boxes to bodies that have left their boxes, and updates the set of lists.
-  void find_neighbours(std::span<const Vec3> position);
-  void place_all(std::span<const Vec3> position);
+  std::optional<int> follow(const PointPaths& paths, std::span<const double> stray);
+  void find_neighbours();
+  void place_all();
   Box needed_box(int body) const;
   Box enlarged_box(int body) const;
   void replace_lists(std::span<const int> placed);
   void merge_lists(std::span<const BodyPair> pairs);
-  ListState first_state(const CandidateList& list);
-  double stray(const CandidateList& list) const;
+  double stray(const CandidateList& list) const {
+    return motion_.stray(list.body_a) + motion_.stray(list.body_b);
+  }
   double drift(const CandidateList& list) const;
-  static double drift(const CandidateList& list, const Displacement& a, const Displacement& b);
-  bool is_valid(std::size_t list) const;
-  bool are_valid() const;
-  std::vector<char> bodies_to_refresh() const;
-  void refresh(const PlacedPoints& start, const PlacedPoints& end);
-  void rebuild_lists(const PlacedPoints& start, const PlacedPoints& end);
-  void refresh_body(int body, const PlacedPoints& start, const PlacedPoints& end);
-  bool rule_out(std::size_t list);
-  BodyPath path_of(int body, const PlacedPoints& start, const PlacedPoints& end) const;
-  void rebuild_pyramids(const PlacedPoints& start, const PlacedPoints& end);
-  void find_quad_pairs(const PlacedPoints& start, const PlacedPoints& end);
-  void place_found(const PlacedPoints& start, const PlacedPoints& end);
-  void build_lists(const PlacedPoints& start, const PlacedPoints& end);
-  double reach(const CandidateList& list) const {
-    return list.thickness + range_ + slack_ + stray(list);
+  bool are_apart(const CandidateList& list, double distance) const;
+  void refresh();
+  void find_near_lists();
+  void measure();
+  bool find_expired();
+  void ask_for_renewal(const CandidateList& list);
+  void renew();
+  void clear(std::size_t list);
+  double drift_since_choice(const CandidateList& list) const;
+  bool is_outdated(std::size_t list) const;
+  void select_candidates();
+  void select_of_two_bodies();
+  void select(std::size_t list);
+  void rebuild_pyramids();
+  void find_quad_pairs();
+  void place_found();
+  void build_lists();
+  // Returns the range (m) of pairs of two edges, or of the vertices of one body of a list.
+  double range_of_edges(const CandidateList& list) const;
+  double range_of_vertices(const CandidateList& list, int body) const;
+  // list_slack() and reach() return the distances (m) in the snapshot up to which a list contains
+  // neighbours at rest and other pairs.
+  double list_slack(std::size_t list) const { return slack_ + states_[list].stray; }
+  double reach(std::size_t list) const {
+    return lists_[list].thickness + range_ + list_slack(list);
   }
 
   const Scene& scene_;
   Statistics& statistics_;
   double range_ = 0;
   double slack_ = 0;
-  RigidObstacles obstacles_;
-  PlacedMarks marks_;
-  std::vector<Tracked> tracked_;
-  std::vector<int> moving_;   // indices of the bodies that move
+  double candidate_slack_ = 0;  // m, by which points may move until candidates are selected anew
+  BodyMotion motion_;
+  // By body: neighbourhoods at rest of its points; null if they are rings or the body is not
+  // searched for contact with itself.
+  std::vector<std::unique_ptr<const bsi::Neighbourhoods>> neighbourhoods_;
   BodyTree tree_;             // tree of the results of enlarged_box()
   std::vector<char> placed_;  // by body: nonzero if this update gives it a new box
   std::vector<CandidateList> lists_;
   std::vector<ListState> states_;  // by list
+  std::vector<Renewal> renewals_;  // by body
+  // By body: nonzero if the pyramid of its record among placed or own positions is up to date.
+  std::vector<char> placed_pyramid_, own_pyramid_;
   ChosenSearch search_;
   std::vector<std::size_t> building_;                   // indices of the lists being built
   std::vector<PairQuery> queries_;                      // by entry of building_

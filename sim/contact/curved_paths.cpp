@@ -47,8 +47,8 @@ const Division& division_of(int n) {
 }
 
 // Lists the pairs of features of two divided triangles, whose corners are numbered through.
-struct FeaturePairs {
-  FeaturePairs(const Division& one, const Division& other) {
+struct DividedPairs {
+  DividedPairs(const Division& one, const Division& other) {
     const int offset = static_cast<int>(one.weights.size());
     for (int vertex = 0; vertex < offset; ++vertex) {
       for (const auto& [a, b, c] : other.triangles)
@@ -65,11 +65,11 @@ struct FeaturePairs {
   std::vector<bsi::FourParticles> vertex_triangle, edge_edge;
 };
 
-const FeaturePairs& pairs_of(int division, int other_division) {
+const DividedPairs& pairs_of(int division, int other_division) {
   const auto make = [](int one, int other) {
-    return FeaturePairs(division_of(one), division_of(other));
+    return DividedPairs(division_of(one), division_of(other));
   };
-  static const std::array<FeaturePairs, 4> all{make(1, 1), make(1, shell_division),
+  static const std::array<DividedPairs, 4> all{make(1, 1), make(1, shell_division),
                                                make(shell_division, 1),
                                                make(shell_division, shell_division)};
   return all[(division > 1 ? 2 : 0) + (other_division > 1 ? 1 : 0)];
@@ -98,7 +98,7 @@ bool stay_apart(const Piece& one, const Piece& other, double stray) {
   const double between =
       box_of_path(one.start, one.end).exteriorDistance(box_of_path(other.start, other.end));
   if (between > (1 + 1e-9) * separation + 1e-12) return true;
-  const FeaturePairs& pairs = pairs_of(one.division, other.division);
+  const DividedPairs& pairs = pairs_of(one.division, other.division);
   std::vector<Vec3> start(one.start), end(one.end);
   start.insert(start.end(), other.start.begin(), other.start.end());
   end.insert(end.end(), other.end.begin(), other.end.end());

@@ -17,9 +17,17 @@ std::unique_ptr<gpu::GlContext> make_context(ComputeBackend backend) {
   return std::make_unique<gpu::GlContext>(gpu::software_backend());
 }
 
-std::vector<const bsi::Atlas*> atlases_of(const Scene& scene) {
+// Returns the images on the device: those of all bodies, for queries of two bodies, and then those
+// for queries of bodies with themselves, whose indices are own_images[body].
+std::vector<const bsi::Atlas*> atlases_of(const Scene& scene, std::vector<int>& own_images) {
   std::vector<const bsi::Atlas*> atlases;
   for (const SceneBody& body : scene.bodies) atlases.push_back(&body.surface_atlas());
+  own_images.assign(scene.bodies.size(), -1);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    if (!scene.bodies[b].self_contact) continue;
+    own_images[b] = static_cast<int>(atlases.size());
+    atlases.push_back(atlases[b]);
+  }
   return atlases;
 }
 
@@ -28,7 +36,7 @@ class OpenGlSearch : public PairSearch {
   OpenGlSearch(const Scene& scene, ComputeBackend backend)
       : scene_(scene),
         context_(make_context(backend)),
-        pyramids_(*context_, atlases_of(scene)),
+        pyramids_(*context_, atlases_of(scene, own_images_)),
         traversal_(pyramids_, scene.source.contact.bound),
         is_rigid_(scene.bodies.size(), 0) {
     const auto moves = [](const SceneBody& body) { return !body.dynamic && body.moves; };
@@ -44,14 +52,16 @@ class OpenGlSearch : public PairSearch {
     std::vector<gpu::BodyImage> images;
     std::vector<BodyPath> rigid, others;
     for (const BodyPath& path : paths) {
-      is_rigid_[path.body] = static_cast<char>(path.obstacle != nullptr);
+      if (!path.own) is_rigid_[path.body] = static_cast<char>(path.obstacle != nullptr);
       (path.obstacle != nullptr ? rigid : others).push_back(path);
       if (path.obstacle == nullptr) images.push_back(image_of(path));
     }
     if (!images.empty()) pyramids_.rebuild(images);
     int built = static_cast<int>(images.size());
     if (!beside_rigid_) return built;
-    std::erase_if(others, [&](const BodyPath& path) { return !scene_.bodies[path.body].dynamic; });
+    std::erase_if(others, [&](const BodyPath& path) {
+      return path.own || !scene_.bodies[path.body].dynamic;
+    });
     beside_rigid_->rebuild(others);
     return built + beside_rigid_->rebuild(rigid);
   }
@@ -69,7 +79,9 @@ class OpenGlSearch : public PairSearch {
         rigid.push_back(query);
         rigid_place.push_back(i);
       } else {
-        asked.push_back({query.body_a, query.body_b, query.margin, true, true});
+        const bool own = query.body_a == query.body_b;
+        asked.push_back(
+            {image_of(query.body_a, own), image_of(query.body_b, own), query.margin, true, true});
         asked_place.push_back(i);
       }
     }
@@ -86,15 +98,18 @@ class OpenGlSearch : public PairSearch {
   }
 
  private:
+  int image_of(int body, bool own) const { return own ? own_images_[body] : body; }
+
   gpu::BodyImage image_of(const BodyPath& path) const {
-    gpu::BodyImage image{.body = path.body, .start = path.start};
+    gpu::BodyImage image{.body = image_of(path.body, path.own), .start = path.start};
     if (path.is_swept()) image.end = path.end;
-    image.tangents = scene_.bodies[path.body].self_contact;
+    image.tangents = path.own;
     image.spheres = scene_.source.contact.bound != bsi::Bound::box;
     return image;
   }
 
   const Scene& scene_;
+  std::vector<int> own_images_;  // by body: its image for queries with itself; -1 without
   std::unique_ptr<gpu::GlContext> context_;
   gpu::ComputePyramid pyramids_;
   gpu::ComputeTraversal traversal_;

@@ -44,6 +44,19 @@ enum ListIndex {
 bool has_edges(int list) { return list == edge_edge || list == near_edge_edge; }
 bool has_neighbours(int list) { return list == near_vertex_triangle || list == near_edge_edge; }
 
+double reach_of(const ListReach& reach, int list) {
+  switch (list) {
+    case vertex_triangle:
+      return reach.first_vertices;
+    case triangle_vertex:
+      return reach.second_vertices;
+    case edge_edge:
+      return reach.edges;
+    default:
+      return reach.neighbours;
+  }
+}
+
 // Returns the length (m) of the straight path of each point of `bodies`, or an empty list if start
 // and end are the same.
 std::vector<double> path_lengths(std::span<const Vec3> start, std::span<const Vec3> end,
@@ -58,15 +71,49 @@ std::vector<double> path_lengths(std::span<const Vec3> start, std::span<const Ve
   return lengths;
 }
 
+// The points, and the quads with such a point, whose pairs are found anew.
+class RenewedParts {
+ public:
+  // `points` has one mark per surface point. If it is empty, all points have a mark.
+  RenewedParts(std::span<const char> points, const SceneBody& a, const SceneBody& b)
+      : points_(points) {
+    if (points.empty()) return;
+    quads_a_ = quads_of(a);
+    quads_b_ = quads_of(b);
+  }
+
+  bool are_all() const { return points_.empty(); }
+  bool has_quad_of(const bsi::LeafPair& pair) const {
+    return are_all() || quads_a_[pair.a] != 0 || quads_b_[pair.b] != 0;
+  }
+  bool has_point_of(const FourParticles& points) const {
+    return are_all() || std::ranges::any_of(points, [&](int point) { return points_[point] != 0; });
+  }
+
+ private:
+  std::vector<char> quads_of(const SceneBody& body) const {
+    const std::vector<std::array<int, 3>>& triangles = body.surface_mesh().triangles;
+    std::vector<char> marks(triangles.size() / 2, 0);
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      for (const int corner : triangles[t]) marks[t / 2] |= points_[body.first_point + corner];
+    }
+    return marks;
+  }
+
+  std::span<const char> points_;
+  std::vector<char> quads_a_, quads_b_;
+};
+
 // Converts pairs of quads to pairs of their features. Each thread uses a Gatherer of its own.
 class Gatherer {
  public:
   Gatherer(const Scene& scene, const CandidateList& list, const PathEnds& path,
-           const ListReach& reach)
+           const ListReach& reach, const RenewedParts& renewed)
       : scene_(scene),
         self_(list.is_self()),
         path_(path),
         reach_(reach),
+        renewed_(renewed),
         a_(scene.bodies[list.body_a]),
         b_(scene.bodies[list.body_b]) {}
 
@@ -76,7 +123,7 @@ class Gatherer {
       batch.features.clear();
     }
     for (const bsi::LeafPair& pair : pairs) {
-      if (are_distant_neighbours(pair)) continue;
+      if (!renewed_.has_quad_of(pair) || are_distant_neighbours(pair)) continue;
       add_vertices(a_, pair.a, b_, pair.b, batches_[vertex_triangle]);
       if (!self_ || pair.a != pair.b) {
         add_vertices(b_, pair.b, a_, pair.a, batches_[self_ ? vertex_triangle : triangle_vertex]);
@@ -149,6 +196,7 @@ class Gatherer {
 
   // The first `split` points are those of the first feature.
   void add(const FourParticles& points, int split, int a, int b, Batch& out) const {
+    if (!renewed_.has_point_of(points)) return;
     if (!scene_.sewn.is_empty() && scene_.sewn.are_joined(points, split)) return;
     const bool free = std::any_of(points.begin(), points.end(),
                                   [&](int point) { return scene_.is_free_point(point); });
@@ -159,6 +207,7 @@ class Gatherer {
   bool self_;
   const PathEnds& path_;
   const ListReach& reach_;
+  const RenewedParts& renewed_;
   SurfaceFeatures a_, b_;
   Batches batches_;
 };
@@ -168,6 +217,26 @@ struct Found {
   Lists lists;
   std::int64_t looked_at = 0;
 };
+
+std::array<std::vector<FeaturePair>*, list_count> lists_of(FeaturePairs& pairs) {
+  return {&pairs.vertex_triangle, &pairs.triangle_vertex, &pairs.edge_edge,
+          &pairs.near_vertex_triangle, &pairs.near_edge_edge};
+}
+
+// Takes all pairs out of the lists. Returns those that need not be found anew.
+Found take_kept(const RenewedParts& renewed, const SurfaceFeatures& a, const SurfaceFeatures& b,
+                FeaturePairs& pairs) {
+  Found kept;
+  for (int which = 0; which < list_count; ++which) {
+    kept.lists[which].swap(*lists_of(pairs)[which]);
+    std::erase_if(kept.lists[which], [&](const FeaturePair& pair) {
+      const bool swapped = which == triangle_vertex;
+      return renewed.has_point_of(
+          points_of(has_edges(which), swapped ? b : a, swapped ? a : b, pair));
+    });
+  }
+  return kept;
+}
 
 void keep_in_reach(FeatureKind kind, const Batch& batch, std::span<const Vec3> position,
                    std::span<const double> paths, double reach,
@@ -182,8 +251,8 @@ void keep_in_reach(FeatureKind kind, const Batch& batch, std::span<const Vec3> p
   }
 }
 
-// Joins the lists with index `which` of all chunks, sorted by (a, b). A counting sort orders the
-// pairs by a, where 0 <= a < count_a. The few pairs with the same a are then sorted by b.
+// Joins the lists with index `which` of all chunks. A counting sort orders the pairs by a, where 0
+// <= a < count_a. The few pairs with the same a are then sorted by distance.
 void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_a,
                  std::vector<FeaturePair>& out) {
   std::vector<int> start(count_a + 1, 0);
@@ -196,25 +265,31 @@ void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_
     for (const FeaturePair& pair : chunk.lists[which]) out[next[pair.a]++] = pair;
   for (std::size_t a = 0; a < count_a; ++a) {
     std::sort(out.begin() + start[a], out.begin() + start[a + 1],
-              [](const FeaturePair& p, const FeaturePair& q) { return p.b < q.b; });
+              [](const FeaturePair& p, const FeaturePair& q) {
+                return p.distance < q.distance || (p.distance == q.distance && p.b < q.b);
+              });
   }
 }
 
 }  // namespace
 
-void collect_features(const Scene& scene, const PathEnds& path,
-                      std::span<const bsi::LeafPair> quad_pairs, const ListReach& reach,
-                      CandidateList& list, Counters& counters) {
+void collect_features(const Scene& scene, const CandidateList& list, const FeatureQuery& query,
+                      FeaturePairs& pairs, Counters& counters) {
+  const PathEnds& path = query.path;
+  const ListReach& reach = query.reach;
+  const std::span<const bsi::LeafPair> quad_pairs = query.quad_pairs;
   const SceneBody& a = scene.bodies[list.body_a];
   const SceneBody& b = scene.bodies[list.body_b];
+  const RenewedParts parts(query.renewed, a, b);
   const std::vector<double> paths = path_lengths(path.start, path.end, {&a, &b});
   const int chunks =
       (static_cast<int>(quad_pairs.size()) + quad_pairs_per_chunk - 1) / quad_pairs_per_chunk;
-  std::vector<Found> found(chunks);
+  std::vector<Found> found(chunks + 1);
+  found.back() = take_kept(parts, SurfaceFeatures(a), SurfaceFeatures(b), pairs);
   const int threads = scene.threads;
 #pragma omp parallel num_threads(threads) if (threads > 1 && chunks > 1)
   {
-    Gatherer gatherer(scene, list, path, reach);
+    Gatherer gatherer(scene, list, path, reach, parts);
     std::vector<bsi::PairInReach> in_reach;
 #pragma omp for schedule(dynamic)
     for (int c = 0; c < chunks; ++c) {
@@ -223,16 +298,13 @@ void collect_features(const Scene& scene, const PathEnds& path,
           first, std::min<std::size_t>(quad_pairs_per_chunk, quad_pairs.size() - first)));
       for (int which = 0; which < list_count; ++which) {
         keep_in_reach(has_edges(which) ? FeatureKind::edge_edge : FeatureKind::vertex_triangle,
-                      batches[which], path.end, paths,
-                      has_neighbours(which) ? reach.neighbours : reach.contact, in_reach,
+                      batches[which], path.end, paths, reach_of(reach, which), in_reach,
                       found[c].lists[which]);
         found[c].looked_at += static_cast<std::int64_t>(batches[which].features.size());
       }
     }
   }
-  const std::array<std::vector<FeaturePair>*, list_count> lists{
-      &list.vertex_triangle, &list.triangle_vertex, &list.edge_edge, &list.near_vertex_triangle,
-      &list.near_edge_edge};
+  const auto lists = lists_of(pairs);
   for (int which = 0; which < list_count; ++which) {
     if (has_neighbours(which) && reach.neighbourhoods == nullptr) continue;
     const std::size_t count = has_edges(which)           ? a.surface_mesh().edges.size()

@@ -17,19 +17,31 @@ struct PathEnds {
 
 // The distances (m) up to which pairs of features are listed.
 struct ListReach {
-  double contact = 0;     // of pairs that can be in contact
-  double neighbours = 0;  // of neighbours at rest, at most `contact`
+  // Of vertices of body_a and of body_b with triangles, and of two edges.
+  double first_vertices = 0, second_vertices = 0, edges = 0;
+  double neighbours = 0;  // of neighbours at rest, no more than the others
   // Neighbourhoods at rest, for pairs of one body; null if they are rings.
   const bsi::Neighbourhoods* neighbourhoods = nullptr;
 };
 
-// Fills the lists of `list` with pairs of features of the given quad pairs. These include all
-// vertex-triangle and edge-edge pairs that come within their `reach` on the paths, and a few other
-// pairs near each other. Each pair occurs once, sorted by (a, b). Features that share a vertex or
-// are sewn together, and pairs without a free point, are left out. FeaturePair::distance is a lower
-// bound along the path.
-void collect_features(const Scene& scene, const PathEnds& path,
-                      std::span<const bsi::LeafPair> quad_pairs, const ListReach& reach,
-                      CandidateList& list, Counters& counters);
+// What is looked for.
+struct FeatureQuery {
+  PathEnds path;
+  std::span<const bsi::LeafPair> quad_pairs;
+  ListReach reach;
+  // One mark per surface point. Pairs that have no point with a mark are known already; all others
+  // are found anew. If it is empty, all pairs are found anew.
+  std::span<const char> renewed;
+};
+
+// Completes `pairs`, those of the bodies of `list`, with pairs of features of the given quad pairs.
+// `pairs` then contains all vertex-triangle and edge-edge pairs that come within their reach on the
+// paths, and a few other pairs near each other. Each pair occurs once. Features
+// that share a vertex or are sewn together, and pairs without a free point, are left out.
+// FeaturePair::distance is a lower bound along the path. Pairs are sorted by their first feature,
+// and those of one feature by distance. Precondition: `pairs` was complete for the
+// same reach and the same paths of points without a mark.
+void collect_features(const Scene& scene, const CandidateList& list, const FeatureQuery& query,
+                      FeaturePairs& pairs, Counters& counters);
 
 }  // namespace weft::sim

@@ -33,12 +33,14 @@ class CpuSearch : public PairSearch {
       const PairQuery& query = queries[i];
       const bsi::TraversalOptions options{
           .margin = query.margin, .leaf = bsi::Leaf::quad, .bound = bound(), .threads = threads()};
-      const bsi::Pyramid& a = *bodies_[query.body_a].pyramid;
-      const Searched& b = bodies_[query.body_b];
       found[i].clear();
       if (query.body_a == query.body_b) {
-        bsi::self_traversal(a, options, found[i], counters);
-      } else if (!b.frames.empty()) {
+        bsi::self_traversal(*bodies_[query.body_a].own_pyramid, options, found[i], counters);
+        continue;
+      }
+      const bsi::Pyramid& a = *bodies_[query.body_a].pyramid;
+      const Searched& b = bodies_[query.body_b];
+      if (!b.frames.empty()) {
         bsi::dual_traversal(a, *b.rigid, b.frames, options, found[i], counters);
       } else {
         bsi::dual_traversal(a, *b.pyramid, options, found[i], counters);
@@ -49,7 +51,7 @@ class CpuSearch : public PairSearch {
  private:
   // The pyramids of a body. Each is built when it is first needed.
   struct Searched {
-    std::optional<bsi::Pyramid> pyramid;
+    std::optional<bsi::Pyramid> pyramid, own_pyramid;
     std::optional<bsi::RigidPyramid> rigid;
     // Frames of the obstacle at the end of its path, or at both ends.
     std::vector<bsi::RigidFrame> frames;
@@ -58,12 +60,12 @@ class CpuSearch : public PairSearch {
   void rebuild(const BodyPath& path) {
     const SceneBody& body = scene_.bodies[path.body];
     Searched& searched = bodies_[path.body];
-    searched.frames.clear();
-    std::optional<bsi::Pyramid>& pyramid = searched.pyramid;
+    if (!path.own) searched.frames.clear();
+    std::optional<bsi::Pyramid>& pyramid = path.own ? searched.own_pyramid : searched.pyramid;
     if (!pyramid)
       pyramid.emplace(
           body.surface_atlas(),
-          bsi::PyramidParts{.tangents = body.self_contact, .spheres = bound() != bsi::Bound::box});
+          bsi::PyramidParts{.tangents = path.own, .spheres = bound() != bsi::Bound::box});
     const auto bad = path.is_swept() ? pyramid->rebuild_swept(path.start, path.end, threads())
                                      : pyramid->rebuild(path.end, threads());
     assert(!bad && "positions are finite");

@@ -20,6 +20,9 @@ struct BodyPath {
   int body = 0;
   std::span<const Vec3> start;  // the same span as `end` if at rest
   std::span<const Vec3> end;
+  // True for the positions that serve queries of the body with itself. Those that serve queries
+  // with other bodies are kept apart.
+  bool own = false;
   // If not null, the body is this rigid obstacle, with `frames` at both ends. `start` and `end`
   // then serve is_swept() only.
   const RigidObstacle* obstacle = nullptr;

@@ -14,9 +14,6 @@ namespace weft::sim {
 
 namespace {
 
-// Range of the barrier of pairs without a sample, as a fraction of the contact range.
-constexpr double short_range = 0.25;
-
 bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes, std::span<const Vec3> x) {
   return edges ? bsi::closest_edge_edge(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]])
                : bsi::closest_vertex_triangle(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]]);
@@ -27,18 +24,6 @@ bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes, std::span<c
 std::size_t group_start(std::span<const bsi::FourParticles> nodes, bool samples, std::size_t i) {
   while (samples && i > 0 && i < nodes.size() && nodes[i][0] == nodes[i - 1][0]) ++i;
   return i;
-}
-
-// Returns the points of a pair from a candidate list: a vertex and a triangle, or two edges.
-bsi::FourParticles points_of(bool edges, const SurfaceFeatures& first,
-                             const SurfaceFeatures& second, const FeaturePair& pair) {
-  if (edges) {
-    const auto [a, b] = first.edge(pair.a);
-    const auto [c, d] = second.edge(pair.b);
-    return {a, b, c, d};
-  }
-  const auto [a, b, c] = second.triangle(pair.b);
-  return {first.vertex(pair.a), a, b, c};
 }
 
 // Replaces the slope of friction by its secant, the force divided by the sliding speed. The slope

@@ -146,8 +146,8 @@ class SurfaceContact {
   // Returns the open pairs of the last check_path() or check_crossing().
   std::span<const OpenPair> open() const { return open_; }
   // Sets *smallest_gap to the smallest gap (m) of the candidates at `position`, or to infinity if
-  // there are no candidates. The candidates include all pairs within the range. Returns a fault if
-  // a gap is not positive, if two neighbours touch, or if a position is not finite.
+  // there are no candidates. The candidates include all pairs within their range. Returns a fault
+  // if a gap is not positive, if two neighbours touch, or if a position is not finite.
   [[nodiscard]] std::optional<ContactFault> check_state(std::span<const Vec3> position,
                                                         double* smallest_gap);
 

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "sim/contact/contact_search.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -28,5 +29,17 @@ class SurfaceFeatures {
   const bsi::Mesh& mesh_;
   int first_;
 };
+
+// Returns the points of a pair from a candidate list: a vertex and a triangle, or two edges.
+inline std::array<int, 4> points_of(bool edges, const SurfaceFeatures& first,
+                                    const SurfaceFeatures& second, const FeaturePair& pair) {
+  if (edges) {
+    const auto [a, b] = first.edge(pair.a);
+    const auto [c, d] = second.edge(pair.b);
+    return {a, b, c, d};
+  }
+  const auto [a, b, c] = second.triangle(pair.b);
+  return {first.vertex(pair.a), a, b, c};
+}
 
 }  // namespace weft::sim

@@ -58,7 +58,9 @@ CurveTimes times_of(const Varying<Value>& source) {
     result.changes.push_back({0, std::numeric_limits<double>::infinity()});
     return result;
   }
-  const auto& [times, values, between] = *source.curve();
+  const auto& curve = *source.curve();
+  const auto &times = curve.times, &values = curve.values;
+  const Between between = curve.between;
   const auto changes_after = [&](std::size_t i) {
     return i + 1 < times.size() && values[i] != values[i + 1];
   };

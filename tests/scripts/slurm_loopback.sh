@@ -54,11 +54,14 @@ wait_for_slurm() {
   return 1
 }
 
-# end_processes_of FOLDER: kills the processes that have the folder in their arguments.
+# end_processes_of FOLDER: kills the processes that have the folder in their arguments. All are stopped first: otherwise a
+# process could see the end of its child and record it before it is killed itself.
 end_processes_of() {
-  local each
-  for each in /proc/[0-9]*; do
-    grep -qsF "$1" "$each/cmdline" && [ "${each#/proc/}" != $$ ] && kill -KILL "${each#/proc/}" 2>/dev/null
+  local signal each
+  for signal in STOP KILL; do
+    for each in /proc/[0-9]*; do
+      grep -qsF "$1" "$each/cmdline" && [ "${each#/proc/}" != $$ ] && kill -$signal "${each#/proc/}" 2>/dev/null
+    done
   done
   return 0
 }

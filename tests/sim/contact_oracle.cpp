@@ -159,9 +159,16 @@ void ContactOracle::add(const OraclePair& pair) {
 std::vector<OraclePair> ContactOracle::in_reach(std::span<const Vec3> position) const {
   std::vector<OraclePair> found;
   for (const OraclePair& pair : pairs_)
-    if (!pair.neighbours && pair.distance(position) < pair.thickness + range_)
+    if (!pair.neighbours && pair.distance(position) < pair.thickness + range_of(pair))
       found.push_back(pair);
   return found;
+}
+
+// Vertices of dynamic bodies are samples; other pairs have a shorter range.
+double ContactOracle::range_of(const OraclePair& pair) const {
+  const CandidateList& bodies = searched_[pair.list];
+  const int body = pair.kind == 0 ? bodies.body_a : bodies.body_b;
+  return !pair.edges() && scene_.bodies[body].dynamic ? range_ : short_range * range_;
 }
 
 std::string ContactOracle::missing(std::span<const CandidateList> lists,

@@ -41,7 +41,8 @@ class ContactOracle {
   // All pairs without a common vertex, with at least one free particle, of bodies that may touch.
   const std::vector<OraclePair>& pairs() const { return pairs_; }
 
-  // The pairs that can be in contact and are closer than thickness + range at `position`.
+  // The pairs that can be in contact and are closer than thickness + their range at `position`. The
+  // range of pairs without a sample is short (short_range).
   std::vector<OraclePair> in_reach(std::span<const Vec3> position) const;
   // Returns, in words, the first pair in reach at `position` that `lists` lack, or whose bound in
   // them exceeds its distance, or a list that is not sorted. Empty if the lists are complete.
@@ -63,6 +64,7 @@ class ContactOracle {
                     const SceneBody& triangles);
   void add_edges(std::size_t list, const SceneBody& first, const SceneBody& second);
   void add(const OraclePair& pair);
+  double range_of(const OraclePair& pair) const;
   void find_neighbourhoods(const SceneBody& body, double radius);
   bool are_neighbours(const SceneBody& body, const OraclePair& pair) const;
 

@@ -1,0 +1,302 @@
+#include "sim/contact/body_motion.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace weft::sim {
+
+namespace {
+
+// Distance (m) from the origin at which a point counts as lost.
+constexpr double lost_distance = 1e15;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// Extends the box by the points. Returns the sum of the points. The sum is NaN if a point is NaN,
+// whereas the box ignores NaN.
+Vec3 extend(BodyTree::Box& box, std::span<const Vec3> points) {
+  Vec3 low = box.min(), high = box.max(), sum = Vec3::Zero();
+  for (const Vec3& p : points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+    sum += p;
+  }
+  box = BodyTree::Box(low, high);
+  return sum;
+}
+
+bool is_near_origin(const BodyTree::Box& box) {
+  return box.min().minCoeff() > -lost_distance / 2 && box.max().maxCoeff() < lost_distance / 2;
+}
+
+}  // namespace
+
+BodyMotion::BodyMotion(const Scene& scene)
+    : scene_(scene),
+      obstacles_(scene),
+      bodies_(scene.bodies.size()),
+      placed_(scene, scene.point_count),
+      own_(scene, scene.dynamic_points) {
+  for (int b = 0; b < static_cast<int>(scene.bodies.size()); ++b)
+    if (scene.bodies[b].moves) moving_.push_back(b);
+}
+
+std::span<const Vec3> BodyMotion::of_body(std::span<const Vec3> all, int body) const {
+  return all.subspan(scene_.bodies[body].first_point, scene_.bodies[body].point_count());
+}
+
+std::optional<int> BodyMotion::follow(const PointPaths& paths, std::span<const double> stray) {
+  const bool is_first = !paths_;
+  paths_.emplace(paths);
+  for (int b = 0; b < static_cast<int>(bodies_.size()); ++b) {
+    if (scene_.bodies[b].moves) {
+      bodies_[b].stray = stray.empty() ? 0 : stray[b];
+      bodies_[b].box.setEmpty();
+    } else if (is_first) {
+      extend(bodies_[b].box, of_body(paths.end.position(), b));
+    }
+  }
+  if (paths.is_path()) {
+    if (const auto lost = enclose(paths.start)) return lost;
+  }
+  for (const int b : moving_) bodies_[b].start_middle = bodies_[b].middle;
+  return enclose(paths.end);
+}
+
+// Extends the boxes of all bodies that move, and finds the means of their points.
+std::optional<int> BodyMotion::enclose(const PlacedPoints& now) {
+  for (const int b : moving_) {
+    Body& body = bodies_[b];
+    const int number = obstacles_.of_body(b);
+    bool is_finite = false;
+    if (const RigidPose* pose = now.pose(number)) {
+      body.box.extend(obstacles_.all()[number].box(*pose));
+      is_finite = pose->rotation.allFinite() && pose->translation.allFinite();
+    } else {
+      const auto points = of_body(now.position(), b);
+      const Vec3 sum = extend(body.box, points);
+      body.middle = sum / static_cast<double>(std::max<std::size_t>(1, points.size()));
+      is_finite = sum.allFinite();
+    }
+    if (is_finite && is_near_origin(body.box)) continue;
+    if (now.pose(number) != nullptr) now.place_all(obstacles_.all()[number]);
+    if (const auto lost = find_lost(now.position(), b)) return lost;
+  }
+  return std::nullopt;
+}
+
+// Returns a point of the body that is not finite or farther than lost_distance from the origin, if
+// any.
+std::optional<int> BodyMotion::find_lost(std::span<const Vec3> position, int body) const {
+  const auto points = of_body(position, body);
+  const auto lost = std::find_if(points.begin(), points.end(), [](const Vec3& p) {
+    return !(p.squaredNorm() < lost_distance * lost_distance);
+  });
+  if (lost == points.end()) return std::nullopt;
+  return scene_.bodies[body].first_point + static_cast<int>(lost - points.begin());
+}
+
+// Returns the rigid obstacle of a body whose pose is given, or null.
+const RigidObstacle* BodyMotion::posed(int body) const {
+  const int number = obstacles_.of_body(body);
+  return paths_->end.pose(number) == nullptr ? nullptr : &obstacles_.all()[number];
+}
+
+BodyPaths BodyMotion::placed_paths(int body) const {
+  return {of_body(paths_->start.position(), body), of_body(paths_->end.position(), body)};
+}
+
+BodyPaths BodyMotion::own_paths(int body) const {
+  BodyPaths paths = placed_paths(body);
+  paths.end_origin = bodies_[body].middle;
+  paths.start_origin = paths.is_path() ? bodies_[body].start_middle : paths.end_origin;
+  return paths;
+}
+
+BodyMotion::Displacement BodyMotion::displacement(std::span<const Vec3> recorded,
+                                                  std::span<const Vec3> now) {
+  Displacement moved;
+  for (std::size_t i = 0; i < recorded.size(); ++i) moved.mean += now[i] - recorded[i];
+  moved.mean /= static_cast<double>(std::max<std::size_t>(1, recorded.size()));
+  double largest = 0;
+  for (std::size_t i = 0; i < recorded.size(); ++i)
+    largest = std::max(largest, (now[i] - recorded[i] - moved.mean).squaredNorm());
+  moved.residual = std::sqrt(largest);
+  return moved;
+}
+
+// A point p of the obstacle, at t = 0, has moved by d + (R1 - R0) (p - middle), where d is the
+// displacement of its middle. The spectral norm of R1 - R0 is its Frobenius norm over the square
+// root of two, because its two nonzero singular values are equal.
+BodyMotion::Displacement BodyMotion::displacement(const RigidObstacle& obstacle,
+                                                  const RigidPose& recorded, const RigidPose& now) {
+  Displacement moved;
+  moved.mean = now.place(obstacle.middle) - recorded.place(obstacle.middle);
+  moved.residual = std::numbers::sqrt2 / 2 * (now.rotation - recorded.rotation).norm() *
+                   obstacle.radius * (1 + 1e-9);
+  return moved;
+}
+
+void BodyMotion::measure_placed(int b, bool with_mean) {
+  Body& body = bodies_[b];
+  const RigidObstacle* obstacle = posed(b);
+  if (!scene_.bodies[b].moves) {
+    body.moved = placed_.has(b) ? 0 : infinity;
+  } else if (obstacle == nullptr) {
+    body.pose.reset();
+    placed_.measure(b, placed_paths(b));
+    body.moved = placed_.displacement(b);
+    if (with_mean && placed_.has(b)) find_means(b);
+  } else if (!body.pose) {
+    body.moved = infinity;
+  } else {
+    const RigidPose& from = body.start_pose ? *body.start_pose : *body.pose;
+    body.at_end = displacement(*obstacle, *body.pose, *paths_->end.pose(obstacle->number));
+    body.at_start = paths_->is_path()
+                        ? displacement(*obstacle, from, *paths_->start.pose(obstacle->number))
+                        : body.at_end;
+    body.moved = std::max(body.at_start.largest(), body.at_end.largest());
+  }
+}
+
+void BodyMotion::find_means(int b) {
+  const BodyPaths now = placed_paths(b);
+  bodies_[b].at_end = displacement(placed_.end(b), now.end);
+  bodies_[b].at_start =
+      now.is_path() ? displacement(placed_.start(b), now.start) : bodies_[b].at_end;
+}
+
+// At equal times on two straight paths, displacements are convex combinations of the displacements
+// at the ends, with the same weights for both bodies. The change is therefore no larger than at one
+// of the ends.
+double BodyMotion::change(int a, int b) const {
+  const Body &one = bodies_[a], &other = bodies_[b];
+  const double sum = one.moved + other.moved;
+  if (!scene_.bodies[b].moves || sum == infinity) return sum;
+  const auto relative = [](const Displacement& p, const Displacement& q) {
+    return p.residual + q.residual + (p.mean - q.mean).norm();
+  };
+  return std::min(
+      sum, std::max(relative(one.at_start, other.at_start), relative(one.at_end, other.at_end)));
+}
+
+void BodyMotion::choose_placed(int b) {
+  const RigidObstacle* obstacle = posed(b);
+  bodies_[b].chosen.reset();
+  if (obstacle != nullptr) {
+    bodies_[b].chosen = *paths_->end.pose(obstacle->number);
+  } else {
+    placed_.choose(b, placed_paths(b));
+    find_features(b, placed_, bodies_[b].placed);
+  }
+}
+
+void BodyMotion::choose_own(int b) {
+  own_.choose(b, own_paths(b));
+  find_features(b, own_, bodies_[b].own);
+}
+
+// Returns an upper bound (m) of the displacements of a body's points since the choice.
+double BodyMotion::since_choice(int b) const {
+  const RigidObstacle* obstacle = posed(b);
+  if (!scene_.bodies[b].moves) return 0;
+  if (obstacle == nullptr) return placed_.displacement_since_choice(b);
+  const std::optional<RigidPose>& chosen = bodies_[b].chosen;
+  if (!chosen) return infinity;
+  double moved = displacement(*obstacle, *chosen, *paths_->end.pose(obstacle->number)).largest();
+  if (paths_->is_path()) {
+    const RigidPose& start = *paths_->start.pose(obstacle->number);
+    moved = std::max(moved, displacement(*obstacle, *chosen, start).largest());
+  }
+  return moved;
+}
+
+double BodyMotion::change_since_choice(int a, int b) const {
+  return since_choice(a) + since_choice(b);
+}
+
+void BodyMotion::renew_placed(int b, double limit, double short_path) {
+  Body& body = bodies_[b];
+  body.at_start = body.at_end = {};
+  if (const RigidObstacle* obstacle = posed(b)) {
+    body.pose = *paths_->end.pose(obstacle->number);
+    body.start_pose.reset();
+    if (paths_->is_path()) body.start_pose = *paths_->start.pose(obstacle->number);
+    body.moved = 0;
+    placed_.renew_by_place(b, body.start_pose.has_value());
+    return;
+  }
+  placed_.renew(b, placed_paths(b), limit, short_path);
+  body.moved = placed_.displacement(b);
+  find_means(b);
+}
+
+void BodyMotion::renew_own(int body, double limit, double short_path) {
+  own_.renew(body, own_paths(body), limit, short_path);
+}
+
+void BodyMotion::forget_renewed() {
+  placed_.forget_renewed();
+  own_.forget_renewed();
+}
+
+BodyPath BodyMotion::placed_path(int b, bool with_points) {
+  const Body& body = bodies_[b];
+  BodyPath path{b, placed_.start(b), placed_.end(b)};
+  if (!body.pose) return path;
+  const RigidObstacle& obstacle = obstacles_.all()[obstacles_.of_body(b)];
+  const RigidPose& from = body.start_pose ? *body.start_pose : *body.pose;
+  if (!with_points) {
+    path.obstacle = &obstacle;
+    path.frames = {obstacle.frame(from), obstacle.frame(*body.pose)};
+    return path;
+  }
+  for (std::size_t i = 0; i < obstacle.start().size(); ++i) {
+    const Vec3& start = obstacle.start()[i];
+    placed_.place(obstacle.first_point + static_cast<int>(i), from.place(start),
+                  body.pose->place(start));
+  }
+  return path;
+}
+
+void BodyMotion::place_quad(int b, int quad) {
+  const Body& body = bodies_[b];
+  const RigidObstacle& obstacle = obstacles_.all()[obstacles_.of_body(b)];
+  for (const int corner : scene_.bodies[b].surface_atlas().quad_particles(quad)) {
+    const int point = obstacle.first_point + corner;
+    if (!marks_.is_new(point)) continue;
+    const Vec3& start = obstacle.start()[corner];
+    const Vec3 end = body.pose->place(start);
+    placed_.place(point, body.start_pose ? body.start_pose->place(start) : end, end);
+  }
+}
+
+void BodyMotion::find_features(int b, const Snapshot& snapshot, Features& found) const {
+  const bsi::Mesh& mesh = scene_.bodies[b].surface_mesh();
+  const auto point = snapshot.displacements().subspan(scene_.bodies[b].first_point,
+                                                      scene_.bodies[b].point_count());
+  auto& [vertex, triangle, edge] = found.bounds;
+  found.largest = static_cast<float>(snapshot.displacement(b)) * (1 + 1e-6F);
+  vertex.assign(point.begin(), point.end());
+  triangle.resize(mesh.triangles.size());
+  for (std::size_t t = 0; t < triangle.size(); ++t) {
+    const auto& [i, j, k] = mesh.triangles[t];
+    triangle[t] = std::max({point[i], point[j], point[k]});
+  }
+  edge.resize(mesh.edges.size());
+  for (std::size_t e = 0; e < edge.size(); ++e) {
+    const auto& [i, j] = mesh.edges[e].vertex;
+    edge[e] = std::max(point[i], point[j]);
+  }
+}
+
+FeatureMotion BodyMotion::features(int b, Feature kind, bool own) const {
+  const Body& body = bodies_[b];
+  if (!scene_.bodies[b].moves) return {};
+  if (body.pose) return {{}, static_cast<float>(body.moved) * (1 + 1e-6F)};
+  const Features& found = own ? body.own : body.placed;
+  return {found.bounds[static_cast<int>(kind)], found.largest};
+}
+
+}  // namespace weft::sim

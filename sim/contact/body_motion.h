@@ -1,0 +1,141 @@
+// Where bodies are, and how far they have moved since candidate lists were made.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim/contact/body_tree.h"
+#include "sim/contact/pair_search.h"
+#include "sim/contact/rigid_obstacles.h"
+#include "sim/contact/snapshot.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// The straight paths of all surface points, m. Both ends are the same list if nothing moves.
+struct PointPaths {
+  PlacedPoints start, end;
+  bool is_path() const { return !start.is_same(end); }
+};
+
+// Upper bounds (m) of the displacements of features of one kind since their record.
+struct FeatureMotion {
+  std::span<const float> each;  // by feature of the body; empty if `largest` stands for each
+  float largest = 0;            // bounds all of them
+  float operator[](int feature) const { return each.empty() ? largest : each[feature]; }
+};
+
+// Positions and motions of the bodies of a contact search. Two snapshots of the points serve two
+// kinds of candidate lists: `placed` those of two bodies, `own` those of a body with itself. The
+// latter is relative to the mean of the points of each body. Rigid obstacles that are given by
+// their poses have no points in `placed`, but the poses at which they were recorded.
+class BodyMotion {
+ public:
+  using Box = BodyTree::Box;
+
+  explicit BodyMotion(const Scene& scene);
+
+  const RigidObstacles& obstacles() const { return obstacles_; }
+  std::span<const int> moving() const { return moving_; }  // indices of the bodies that move
+
+  // Sets the present paths of all points, from which they deviate by at most `stray` (m, by body;
+  // empty: zero). If a point of a moving body is not finite or is extremely far away (1e15 m),
+  // returns its index. `paths` must stay valid until the next call.
+  [[nodiscard]] std::optional<int> follow(const PointPaths& paths, std::span<const double> stray);
+  // Returns the box around a body's present points or paths, without stray, m.
+  const Box& box(int body) const { return bodies_[body].box; }
+  double stray(int body) const { return bodies_[body].stray; }
+
+  // Find the displacements of a body's points since its records. `with_mean` also finds the mean
+  // displacement.
+  void measure_placed(int body, bool with_mean);
+  void measure_own(int body) { own_.measure(body, own_paths(body)); }
+  // Return upper bounds (m) of the change of any distance within a body, or between two bodies,
+  // since they were recorded, without stray. Infinite if a body has not been recorded. Precondition
+  // of the second: measure_placed() of both bodies, with the mean if both move.
+  double own_change(int body) const { return 2 * own_.displacement(body); }
+  double change(int a, int b) const;
+
+  // Remember the present positions of a body's points, or its pose, and bound the displacements of
+  // its features since its records. Precondition: the body moves and has been recorded.
+  void choose_placed(int body);
+  void choose_own(int body);
+  // Return upper bounds (m) of the change of any distance since the choice, as own_change() and
+  // change() do since the record.
+  double own_change_since_choice(int body) const {
+    return 2 * own_.displacement_since_choice(body);
+  }
+  double change_since_choice(int a, int b) const;
+
+  // Record the points of a body that have moved farther than `limit`, and paths longer than
+  // `short_path` (m), as Snapshot::renew() does. A rigid obstacle is recorded as a whole.
+  void renew_placed(int body, double limit, double short_path);
+  void renew_own(int body, double limit, double short_path);
+  const Snapshot& placed() const { return placed_; }
+  const Snapshot& own() const { return own_; }
+  void forget_renewed();
+  // Return the paths of a body for a pyramid around its record. `with_points` places all points of
+  // a rigid obstacle, too.
+  BodyPath placed_path(int body, bool with_points);
+  BodyPath own_path(int body) const { return {body, own_.start(body), own_.end(body), true}; }
+  // Computes the recorded positions of a quad's corners on a rigid obstacle that is given by its
+  // pose.
+  void place_quad(int body, int quad);
+  bool is_posed(int body) const { return bodies_[body].pose.has_value(); }
+  void begin_placing() { marks_.begin(scene_.point_count); }
+
+  enum class Feature { vertex, triangle, edge };
+  // Returns bounds of the displacements of a body's features since its records, for lists of the
+  // body with itself or with others. Valid for the paths of the last choice.
+  FeatureMotion features(int body, Feature kind, bool own) const;
+
+ private:
+  // The displacement of a body since its record. All its points satisfy |x - x_recorded - mean| <=
+  // residual.
+  struct Displacement {
+    Vec3 mean{0, 0, 0};
+    double residual = 0;
+    double largest() const { return mean.norm() + residual; }
+  };
+  struct Features {
+    std::vector<float> bounds[3];  // m, by Feature, then by feature of the body
+    float largest = 0;
+  };
+  struct Body {
+    Displacement at_start, at_end;  // at both ends of the present path, since the record in placed_
+    double moved = 0;  // m, upper bound of the displacement of any of its points since that record
+    Vec3 start_middle{0, 0, 0}, middle{0, 0, 0};  // m, means of its points at the ends of the path
+    // The poses that replace the record of a rigid obstacle in placed_. There is no start_pose
+    // without a path.
+    std::optional<RigidPose> pose, start_pose;
+    std::optional<RigidPose> chosen;  // of a rigid obstacle, at the last choice
+    Box box;
+    double stray = 0;
+    Features placed, own;  // since the records in placed_ and own_
+  };
+
+  std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
+  std::optional<int> enclose(const PlacedPoints& now);
+  std::optional<int> find_lost(std::span<const Vec3> position, int body) const;
+  const RigidObstacle* posed(int body) const;
+  BodyPaths placed_paths(int body) const;
+  BodyPaths own_paths(int body) const;
+  void find_means(int body);
+  double since_choice(int body) const;
+  static Displacement displacement(std::span<const Vec3> recorded, std::span<const Vec3> now);
+  static Displacement displacement(const RigidObstacle& obstacle, const RigidPose& recorded,
+                                   const RigidPose& now);
+  void find_features(int body, const Snapshot& snapshot, Features& found) const;
+
+  const Scene& scene_;
+  RigidObstacles obstacles_;
+  std::vector<int> moving_;
+  std::vector<Body> bodies_;
+  std::optional<PointPaths> paths_;  // of the last follow()
+  Snapshot placed_, own_;
+  PlacedMarks marks_;
+};
+
+}  // namespace weft::sim

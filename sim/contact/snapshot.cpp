@@ -1,0 +1,121 @@
+#include "sim/contact/snapshot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace weft::sim {
+
+namespace {
+
+// Returns an upper bound of the square root of `square` in float32.
+float root_above(double square) {
+  return static_cast<float>(std::sqrt(square)) * (1 + 2 * std::numeric_limits<float>::epsilon());
+}
+
+}  // namespace
+
+Snapshot::Snapshot(const Scene& scene, int point_count)
+    : scene_(scene),
+      bodies_(scene.bodies.size()),
+      end_(point_count, Vec3::Zero()),
+      chosen_(point_count, Vec3::Zero()),
+      displacement_(point_count, 0.0F),
+      renewed_(point_count, 0) {}
+
+std::span<const Vec3> Snapshot::of_body(std::span<const Vec3> all, int body) const {
+  return all.subspan(scene_.bodies[body].first_point, scene_.bodies[body].point_count());
+}
+
+void Snapshot::measure(int body, const BodyPaths& now) {
+  Body& state = bodies_[body];
+  if (!state.recorded) {
+    state.displacement = std::numeric_limits<double>::infinity();
+    return;
+  }
+  const std::span<const Vec3> from = start(body), to = end(body), chosen = of_body(chosen_, body);
+  float* displacement = displacement_.data() + scene_.bodies[body].first_point;
+  double largest = 0, since_choice = 0;
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    const Vec3 at_end = now.end[i] - now.end_origin;
+    double square = (at_end - to[i]).squaredNorm();
+    since_choice = std::max(since_choice, (at_end - chosen[i]).squaredNorm());
+    if (now.is_path()) {
+      const Vec3 at_start = now.start[i] - now.start_origin;
+      square = std::max(square, (at_start - from[i]).squaredNorm());
+      since_choice = std::max(since_choice, (at_start - chosen[i]).squaredNorm());
+    }
+    displacement[i] = root_above(square);
+    largest = std::max(largest, square);
+  }
+  state.displacement = root_above(largest);
+  if (state.chosen) state.since_choice = root_above(since_choice);
+}
+
+void Snapshot::choose(int body, const BodyPaths& now) {
+  const int first = scene_.bodies[body].first_point;
+  for (std::size_t i = 0; i < now.end.size(); ++i) chosen_[first + i] = now.end[i] - now.end_origin;
+  bodies_[body].chosen = true;
+  measure(body, now);
+}
+
+void Snapshot::renew(int body, const BodyPaths& now, double limit, double short_path) {
+  Body& state = bodies_[body];
+  double longest = 0;
+  if (now.is_path()) {
+    for (std::size_t i = 0; i < now.end.size(); ++i) {
+      const Vec3 path = now.end[i] - now.end_origin - (now.start[i] - now.start_origin);
+      longest = std::max(longest, path.squaredNorm());
+    }
+  }
+  const bool with_paths = longest > short_path * short_path;
+  if (!state.recorded || state.has_paths || with_paths) return record_all(body, now, with_paths);
+  const int first = scene_.bodies[body].first_point;
+  for (std::size_t i = 0; i < now.end.size(); ++i) {
+    const std::size_t point = first + i;
+    if (!(displacement_[point] > limit)) continue;
+    const Vec3 position = now.end[i] - now.end_origin;
+    place(static_cast<int>(point), position, position);
+    renewed_[point] = 1;
+  }
+  state.renewed = true;
+  measure(body, now);
+}
+
+void Snapshot::record(int body, const BodyPaths& now) { record_all(body, now, now.is_path()); }
+
+void Snapshot::record_all(int body, const BodyPaths& now, bool with_paths) {
+  renew_by_place(body, with_paths);
+  const int first = scene_.bodies[body].first_point;
+  for (std::size_t i = 0; i < now.end.size(); ++i) {
+    const Vec3 end = now.end[i] - now.end_origin;
+    place(first + static_cast<int>(i), with_paths ? now.start[i] - now.start_origin : end, end);
+  }
+  bodies_[body].recorded = true;
+  measure(body, now);
+}
+
+void Snapshot::renew_by_place(int body, bool has_paths) {
+  if (has_paths && start_.empty()) start_ = end_;
+  bodies_[body].recorded = false;
+  bodies_[body].has_paths = has_paths;
+  bodies_[body].renewed = true;
+  const auto first = renewed_.begin() + scene_.bodies[body].first_point;
+  std::fill_n(first, scene_.bodies[body].point_count(), 1);
+}
+
+void Snapshot::place(int point, const Vec3& start, const Vec3& end) {
+  end_[point] = end;
+  if (!start_.empty()) start_[point] = start;
+}
+
+void Snapshot::forget_renewed() {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (!bodies_[b].renewed) continue;
+    bodies_[b].renewed = false;
+    const SceneBody& body = scene_.bodies[b];
+    std::fill_n(renewed_.begin() + body.first_point, body.point_count(), 0);
+  }
+}
+
+}  // namespace weft::sim
