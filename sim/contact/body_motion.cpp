@@ -49,14 +49,12 @@ std::span<const Vec3> BodyMotion::of_body(std::span<const Vec3> all, int body) c
 std::optional<int> BodyMotion::follow(const PointPaths& paths, std::span<const double> stray) {
   const bool is_first = !paths_;
   paths_.emplace(paths);
-  for (int b = 0; b < static_cast<int>(bodies_.size()); ++b) {
-    if (scene_.bodies[b].moves) {
-      bodies_[b].stray = stray.empty() ? 0 : stray[b];
-      bodies_[b].box.setEmpty();
-    } else if (is_first) {
-      extend(bodies_[b].box, of_body(paths.end.position(), b));
-    }
+  for (const int b : moving_) {
+    bodies_[b].stray = stray.empty() ? 0 : stray[b];
+    bodies_[b].box.setEmpty();
   }
+  for (int b = 0; is_first && b < static_cast<int>(bodies_.size()); ++b)
+    if (!scene_.bodies[b].moves) extend(bodies_[b].box, of_body(paths.end.position(), b));
   if (paths.is_path()) {
     if (const auto lost = enclose(paths.start)) return lost;
   }

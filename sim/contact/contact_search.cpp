@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
 
+#include "sim/base/parallel.h"
 #include "sim/contact/feature_collector.h"
 
 namespace weft::sim {
@@ -24,8 +24,6 @@ constexpr double short_path = 0.125;
 // Part of the slack by which points move until candidates are selected anew. With less, they are
 // selected more often; with more, there are more of them.
 constexpr double part_for_candidates = 0.125;
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // Returns the default slack: a sixth of the mean length of the edges of dynamic bodies at rest, m.
 double default_slack(const Scene& scene) {
@@ -80,6 +78,9 @@ std::vector<BodyPair> searched_neighbours(const Scene& scene, const BodyTree& tr
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   return pairs;
 }
+
+// Covers the rounding of sums in float32.
+constexpr float above_rounding = 1 + 1e-6F;
 
 }  // namespace
 
@@ -262,7 +263,8 @@ bool ContactSearch::are_apart(const CandidateList& list, double distance) const 
 }
 
 void ContactSearch::find_near_lists() {
-  for (Renewal& renewal : renewals_) renewal = {infinity, infinity};
+  for (const int b : near_bodies_) renewals_[b] = {};
+  near_bodies_.clear();
   for (std::size_t l = 0; l < lists_.size(); ++l) {
     const CandidateList& list = lists_[l];
     ListState& state = states_[l];
@@ -274,19 +276,17 @@ void ContactSearch::find_near_lists() {
       state.near = state.whole = true;
       state.stray = strays;
     }
-    if (list.is_self()) {
-      renewals_[list.body_a].has_own_pairs = true;
-      continue;
-    }
     for (const int b : {list.body_a, list.body_b}) {
-      renewals_[b].has_pairs = true;
-      renewals_[b].has_moving_pairs |= scene_.bodies[list.body_b].moves;
+      Renewal& renewal = renewals_[b];
+      if (!renewal.has_pairs && !renewal.has_own_pairs) near_bodies_.push_back(b);
+      (list.is_self() ? renewal.has_own_pairs : renewal.has_pairs) = true;
+      renewal.has_moving_pairs |= !list.is_self() && scene_.bodies[list.body_b].moves;
     }
   }
 }
 
 void ContactSearch::measure() {
-  for (int b = 0; b < static_cast<int>(renewals_.size()); ++b) {
+  for (const int b : near_bodies_) {
     if (renewals_[b].has_pairs) motion_.measure_placed(b, renewals_[b].has_moving_pairs);
     if (renewals_[b].has_own_pairs) motion_.measure_own(b);
   }
@@ -340,13 +340,13 @@ void ContactSearch::ask_for_renewal(const CandidateList& list) {
 
 // Records the points that have moved too far, and finds the lists that must be built.
 void ContactSearch::renew() {
-  for (int b = 0; b < static_cast<int>(renewals_.size()); ++b) {
+  for (const int b : near_bodies_) {
     const Renewal& renewal = renewals_[b];
-    if (renewal.placed_limit < infinity) {
+    if (std::isfinite(renewal.placed_limit)) {
       motion_.renew_placed(b, renewal.placed_limit, short_path * slack_);
       placed_pyramid_[b] = 0;
     }
-    if (renewal.own_limit < infinity) {
+    if (std::isfinite(renewal.own_limit)) {
       motion_.renew_own(b, renewal.own_limit, short_path * slack_);
       own_pyramid_[b] = 0;
     }
@@ -420,8 +420,45 @@ void ContactSearch::select_of_two_bodies() {
     if (!lists_[l].is_self()) select(l);
 }
 
-// Selects the candidates of a list. The pairs with the same first feature are sorted by distance,
-// so that only the nearest of them are looked at.
+namespace {
+
+// What decides whether a pair is a candidate.
+struct Selection {
+  float limit = 0;  // m, distance within which a pair is one if its features have not moved
+  FeatureMotion first, second;
+};
+
+// Appends the candidates among the pairs first .. last - 1, with lower bounds of their present
+// distances. The pairs with the same first feature are sorted by distance, so that only the nearest
+// of them are looked at; the candidates are sorted by the second feature.
+void select_pairs(std::span<const FeaturePair> pairs, const Selection& of,
+                  std::vector<FeaturePair>& selected) {
+  const auto by_second = [](const FeaturePair& p, const FeaturePair& q) { return p.b < q.b; };
+  for (std::size_t i = 0; i < pairs.size();) {
+    const int a = pairs[i].a;
+    const float moved = of.first[a] * above_rounding;
+    const float none_beyond = of.limit + moved + of.second.largest * above_rounding;
+    const auto begin = static_cast<std::ptrdiff_t>(selected.size());
+    for (; i < pairs.size() && pairs[i].a == a && pairs[i].distance <= none_beyond; ++i) {
+      const float both = moved + of.second[pairs[i].b] * above_rounding;
+      if (pairs[i].distance > of.limit + both) continue;
+      selected.push_back(
+          {a, pairs[i].b, std::max(0.0F, pairs[i].distance / above_rounding - both)});
+    }
+    while (i < pairs.size() && pairs[i].a == a) ++i;
+    std::sort(selected.begin() + begin, selected.end(), by_second);
+  }
+}
+
+// Returns the first index from `i` on at which the pairs of another first feature begin.
+std::size_t next_feature(std::span<const FeaturePair> pairs, std::size_t i) {
+  while (i > 0 && i < pairs.size() && pairs[i].a == pairs[i - 1].a) ++i;
+  return i;
+}
+
+}  // namespace
+
+// Selects the candidates of a list.
 void ContactSearch::select(std::size_t l) {
   using Feature = BodyMotion::Feature;
   CandidateList& list = lists_[l];
@@ -430,34 +467,26 @@ void ContactSearch::select(std::size_t l) {
   const auto motion = [&](int body, Feature kind) {
     return motion_.features(body, kind, list.is_self());
   };
-  // The factors cover the rounding of sums in float32.
-  constexpr float above = 1 + 1e-6F;
   const double reach = candidate_slack_ + state.selected_stray;
-  list.for_each_with(state.pairs, [&](auto& selected, const auto& pairs, bool edges, bool near) {
+  list.for_each_with(state.pairs, [&](auto& selected, auto& all, bool edges, bool near) {
     selected.clear();
-    if (pairs.empty()) return;
+    if (all.empty()) return;
     const bool swapped = &selected == &list.triangle_vertex;
-    const int one = swapped ? list.body_b : list.body_a,
-              other = swapped ? list.body_a : list.body_b;
-    const FeatureMotion first = motion(one, edges ? Feature::edge : Feature::vertex);
-    const FeatureMotion second = motion(other, edges ? Feature::edge : Feature::triangle);
+    const int one = swapped ? list.body_b : list.body_a;
+    const int other = swapped ? list.body_a : list.body_b;
     const double range = edges ? range_of_edges(list) : range_of_vertices(list, one);
-    const double needed = near ? 0 : list.thickness + range;
-    const auto limit = static_cast<float>(reach + needed) * above;
-    for (std::size_t i = 0; i < pairs.size();) {
-      const int a = pairs[i].a;
-      const float moved = first[a] * above,
-                  none_beyond = limit + (first[a] + second.largest) * above;
-      const std::size_t begin = selected.size();
-      for (; i < pairs.size() && pairs[i].a == a && pairs[i].distance <= none_beyond; ++i) {
-        const float both = moved + second[pairs[i].b] * above;
-        if (pairs[i].distance <= limit + both)
-          selected.push_back({a, pairs[i].b, std::max(0.0F, pairs[i].distance / above - both)});
-      }
-      while (i < pairs.size() && pairs[i].a == a) ++i;
-      std::sort(selected.begin() + begin, selected.end(),
-                [](const FeaturePair& p, const FeaturePair& q) { return p.b < q.b; });
-    }
+    const double distance = reach + (near ? 0 : list.thickness + range);
+    const Selection selection{static_cast<float>(distance) * above_rounding,
+                              motion(one, edges ? Feature::edge : Feature::vertex),
+                              motion(other, edges ? Feature::edge : Feature::triangle)};
+    const std::span<const FeaturePair> pairs = all;
+    const int count = static_cast<int>(pairs.size());
+    std::vector<std::vector<FeaturePair>> parts((count + chunk_size - 1) / chunk_size);
+    parallel_chunks(count, scene_.threads, [&](int first, int last) {
+      const std::size_t begin = next_feature(pairs, first), end = next_feature(pairs, last);
+      select_pairs(pairs.subspan(begin, end - begin), selection, parts[first / chunk_size]);
+    });
+    for (const auto& part : parts) selected.insert(selected.end(), part.begin(), part.end());
   });
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <compare>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -166,7 +167,7 @@ class ContactSearch {
   // What an update does with the records of one body.
   struct Renewal {
     // Points that have moved farther (m) are recorded anew; infinite if none are.
-    double placed_limit = 0, own_limit = 0;
+    double placed_limit = std::numeric_limits<double>::infinity(), own_limit = placed_limit;
     bool has_pairs = false, has_moving_pairs = false, has_own_pairs = false;  // of near lists
   };
 
@@ -223,6 +224,7 @@ class ContactSearch {
   std::vector<CandidateList> lists_;
   std::vector<ListState> states_;  // by list
   std::vector<Renewal> renewals_;  // by body
+  std::vector<int> near_bodies_;   // indices of the bodies of near lists
   // By body: nonzero if the pyramid of its record among placed or own positions is up to date.
   std::vector<char> placed_pyramid_, own_pyramid_;
   ChosenSearch search_;

@@ -150,11 +150,17 @@ std::vector<SurfaceContact::PairGroup> SurfaceContact::groups_within(double samp
           (1 + 1e-6F);
       const SurfaceFeatures a(scene_.bodies[list.body_a]), b(scene_.bodies[list.body_b]);
       const SurfaceFeatures &first = kind == 1 ? b : a, &second = kind == 1 ? a : b;
-      for (const FeaturePair& features : *kinds[kind]) {
-        if (features.distance > limit) continue;
-        group.nodes.push_back(points_of(group.edges, first, second, features));
-        if (group.samples) group.triangles.push_back(features.b);
-      }
+      const std::span<const FeaturePair> pairs = *kinds[kind];
+      std::vector<Nodes> parts((pairs.size() + chunk_size - 1) / chunk_size);
+      parallel_chunks(static_cast<int>(pairs.size()), scene_.threads, [&](int begin, int end) {
+        Nodes& part = parts[begin / chunk_size];
+        for (int i = begin; i < end; ++i) {
+          if (pairs[i].distance > limit) continue;
+          part.nodes.push_back(points_of(group.edges, first, second, pairs[i]));
+          if (group.samples) part.triangles.push_back(pairs[i].b);
+        }
+      });
+      for (const Nodes& part : parts) group.append(part);
     }
   }
   return groups;

@@ -157,16 +157,22 @@ class SurfaceContact {
     bool edges = false;
     double thickness = 0;
   };
+  struct Nodes {
+    std::vector<bsi::FourParticles> nodes;
+    std::vector<int> triangles;  // for samples: by pair, triangle in the mesh of its surface
+    void append(const Nodes& more) {
+      nodes.insert(nodes.end(), more.nodes.begin(), more.nodes.end());
+      triangles.insert(triangles.end(), more.triangles.begin(), more.triangles.end());
+    }
+  };
   // Candidates from one CandidateList: its vertex-triangle, triangle-vertex or edge-edge pairs.
-  struct PairGroup {
+  struct PairGroup : Nodes {
     bool edges = false;
     bool samples = false;  // true if the vertices belong to a dynamic body; false for edges
     double thickness = 0;
     int body_a = 0, body_b = 0;
     int surface = 0;  // for samples: body of the triangles
     bool is_self() const { return body_a == body_b; }
-    std::vector<bsi::FourParticles> nodes;
-    std::vector<int> triangles;  // for samples: by pair, triangle in the mesh of `surface`
     bsi::FeatureKind kind() const {
       return edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
     }

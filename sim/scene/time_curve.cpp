@@ -59,7 +59,8 @@ CurveTimes times_of(const Varying<Value>& source) {
     return result;
   }
   const auto& curve = *source.curve();
-  const auto &times = curve.times, &values = curve.values;
+  const auto& times = curve.times;
+  const auto& values = curve.values;
   const Between between = curve.between;
   const auto changes_after = [&](std::size_t i) {
     return i + 1 < times.size() && values[i] != values[i + 1];

@@ -115,8 +115,8 @@ class Simulation {
   std::string compute() const;
   // Adds an observer, which must outlive the simulation.
   void add_observer(StepObserver& observer);
-  // Sets a function that one-step methods call during long steps. If it returns a failure, the step
-  // ends with that failure.
+  // Sets a function that one-step methods call during long steps. step() also calls it after a
+  // checkpoint. If it returns a failure, the step ends with that failure.
   void set_reason_to_stop(std::function<std::optional<Failure>()> reason);
 
   // Returns the scene. All states number particles as the scene does (StateView,
