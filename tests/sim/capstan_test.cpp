@@ -103,7 +103,7 @@ double mean_pull(SimulatedCase& sim, double from, double to, int count) {
   return sum / count;
 }
 
-// Where all of the strip slides, the tension grows by exp(mu angle) (Euler 1769).
+// The tension grows by exp(mu angle) where all of the strip slides (Euler 1769).
 TEST(Capstan, TensionGrowsExponentiallyWithTheAngle) {
   const TemporaryFolder folder;
   for (const double degrees : {90.0, 180.0, 360.0}) {
