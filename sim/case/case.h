@@ -3,6 +3,7 @@
 // these descriptions.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <string>
@@ -88,11 +89,12 @@ struct WorldCase {
   Varying<double> air_density = 1.2;          // kg/m^3
 };
 
-// Numbers of contact between two named partners ([[contact.pair]]).
+// Numbers of contact between two named partners ([[contact.pair]]). Either both are bodies,
+// obstacles or groups of particles, or both are materials. The names may be equal.
 struct ContactPairCase {
-  std::vector<std::string> between;   // two names of particles and obstacles; they may be equal
-  std::optional<double> restitution;  // default: that of the particles
-  std::optional<double> friction;     // default: that of the particles
+  std::vector<std::string> between;   // two names
+  std::optional<double> restitution;  // particles only; default: that of the particles
+  std::optional<double> friction;     // default for particles: their own; needed otherwise
   SourceLocation location;
 };
 
@@ -101,11 +103,18 @@ struct ContactCase {
   double range = 2e-3;                 // d-hat (m): gap below which the barrier acts
   double stiffness = 1e6;              // kappa (N/m^3): barrier stiffness per area
   double damping_time = 1e-3;          // beta (s): contact damping divided by contact stiffness
-  Varying<double> friction = 0.0;      // Coulomb coefficient
+  Varying<double> friction = 0.0;      // Coulomb coefficient of pairs that `pair` does not name
   double friction_speed = 1e-2;        // m/s; sliding speed from which friction has its full force
   std::optional<double> search_slack;  // m; default: a sixth of the mean edge
   bsi::Bound bound = bsi::Bound::box;  // bounding volumes above the leaves of the search hierarchy
   std::vector<ContactPairCase> pair;   // [[contact.pair]]
+
+  // True if contact.friction, or the friction of any pair, is not 0.
+  bool has_friction() const {
+    return !friction.is_zero() || std::ranges::any_of(pair, [](const ContactPairCase& each) {
+      return each.friction.value_or(0) > 0;
+    });
+  }
 };
 
 enum class MaterialModel { cloth, shell };
@@ -307,6 +316,7 @@ struct ObstacleCase {
   Vec3 position{0, 0, 0};      // m; translation after the rotation
   Vec3 rotation_deg{0, 0, 0};  // rotation vector (axis times angle), about the origin
   double thickness = 1e-3;     // m
+  std::string material;        // name of a [material.NAME], for pairs of contact; empty: none
   std::optional<MotionCase> motion;
   SourceLocation location;
 };

@@ -11,6 +11,7 @@
 #include "sim/case/case_text.h"
 #include "sim/case/channels.h"
 #include "sim/case/cloth_checks.h"
+#include "sim/case/contact_pair_checks.h"
 #include "sim/case/fabric_checks.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/case/particles_checks.h"
@@ -45,6 +46,7 @@ class CaseChecker {
     names();
     check_particles(case_, locations_);
     materials();
+    check_contact_pairs(case_, locations_);
     check_fabrics(case_, locations_);
     check_static(case_, locations_);
     check_loads_and_supports(case_, locations_);
@@ -202,12 +204,19 @@ class CaseChecker {
     std::vector<std::string> known;
     for (const MaterialCase& material : case_.material) known.push_back(material.name);
     for (std::size_t i = 0; i < case_.body.size(); ++i) {
-      const std::string& name = case_.body[i].material;
-      if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-      fail(join_path(join_path("body", i), "material"), "unknown material " + in_quotes(name),
-           name_hint(name, known));
+      material(case_.body[i].material, join_path("body", i), known);
+    }
+    for (std::size_t i = 0; i < case_.obstacle.size(); ++i) {
+      const std::string& name = case_.obstacle[i].material;
+      if (!name.empty()) material(name, join_path("obstacle", i), known);
     }
     shells();
+  }
+  void material(const std::string& name, const std::string& owner,
+                const std::vector<std::string>& known) const {
+    if (std::ranges::find(known, name) != known.end()) return;
+    fail(join_path(owner, "material"), "unknown material " + in_quotes(name),
+         name_hint(name, known));
   }
   void shells() const {
     for (const MaterialCase& material : case_.material) {

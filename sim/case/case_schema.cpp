@@ -111,7 +111,8 @@ Table describe(ContactCase& target) {
             "Strength of the barrier per area, independent of the meshes."),
       field("damping_time", &damping_time, "s", not_negative,
             "Contact damping as a time times the contact stiffness. Runs without it are slow."),
-      field("friction", &friction, "", not_negative, "Coulomb coefficient."),
+      field("friction", &friction, "", not_negative,
+            "Coulomb coefficient of all pairs without one of their own."),
       field("friction_speed", &friction_speed, "m/s", positive,
             "Sliding speed from which friction has its full force."),
       field("search_slack", &search_slack, "m", positive,
@@ -124,7 +125,9 @@ Table describe(ContactCase& target) {
                             {bsi::Bound::sphere_then_box, "sphere_then_box"}}),
             "Bounding volumes that the search compares above the leaves of the hierarchy. The "
             "result does not depend on it."),
-      field("pair", tables(&pair), "Restitution and friction between two named partners."),
+      field("pair", tables(&pair),
+            "Friction, and of particles restitution, between two named partners. A pair of bodies "
+            "or obstacles precedes a pair of their materials."),
   }};
 }
 
@@ -504,7 +507,7 @@ Table describe(BodyCase& target) {
 }
 
 Table describe(ObstacleCase& target) {
-  auto& [name, shape, position, rotation, thickness, motion, location] = target;
+  auto& [name, shape, position, rotation, thickness, material, motion, location] = target;
   Table result{{
       field("name", &name, "Name, unique among bodies, obstacles and particles.")
           .needed()
@@ -515,6 +518,10 @@ Table describe(ObstacleCase& target) {
             "Rotation about the origin: axis times angle."),
       field("thickness", &thickness, "m", not_negative,
             "Thickness in contact: two surfaces stay farther apart than the mean of theirs."),
+      field("material", &material,
+            "Name of a [material.NAME], by which pairs of contact find the obstacle. Only its name "
+            "matters.")
+          .named_with_letters(),
       field("motion", table(&motion), "Motion of the obstacle; without it it stays at rest."),
   }};
   result.location = &location;

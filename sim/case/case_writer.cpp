@@ -43,9 +43,10 @@ struct ValueText {
   std::string operator()(const std::optional<double>* value) const {
     return *value ? toml_number(**value) : "";
   }
-  // A string with a list of allowed names may be absent; it is then empty.
+  // A string with a list of allowed names, and a name, may be absent; it is then empty.
   std::string operator()(const std::string* value) const {
-    return value->empty() && !field.names.empty() ? "" : toml_string(*value);
+    const bool may_be_absent = !field.names.empty() || field.identifier;
+    return value->empty() && may_be_absent ? "" : toml_string(*value);
   }
   std::string operator()(const Vec3* value) const { return vector_text(*value); }
   std::string operator()(const std::optional<Vec3>* value) const {

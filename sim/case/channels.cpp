@@ -141,8 +141,9 @@ std::string reason_against(const Channel& channel, const Case& source, std::stri
         hint = "expected another time.method, or no " + in_quotes(channel.name);
         return name + " would be zero: in an equilibrium nothing slides";
       }
-      if (!source.contact.friction.is_zero()) return "";
-      hint = "expected contact.friction > 0, or no " + in_quotes(channel.name);
+      if (source.contact.has_friction()) return "";
+      hint = "expected contact.friction > 0, a [[contact.pair]] with friction, or no " +
+             in_quotes(channel.name);
       return name + " would be zero: there is no friction";
     case ChannelId::reactions:
       if (!source.obstacle.empty() || !source.tie.empty() ||

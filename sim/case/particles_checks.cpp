@@ -14,10 +14,7 @@ namespace {
 class ParticlesChecker {
  public:
   ParticlesChecker(const Case& target, const Locations& locations)
-      : case_(target), locations_(locations) {
-    for (const ParticlesCase& each : case_.particles) names_.push_back(each.name);
-    for (const ObstacleCase& each : case_.obstacle) names_.push_back(each.name);
-  }
+      : case_(target), locations_(locations) {}
 
   void check() const {
     if (case_.body.empty() && case_.particles.empty())
@@ -25,7 +22,6 @@ class ParticlesChecker {
     method();
     for (std::size_t i = 0; i < case_.particles.size(); ++i)
       positions(case_.particles[i], join_path(join_path("particles", i), "positions"));
-    for (std::size_t i = 0; i < case_.contact.pair.size(); ++i) pair(i);
   }
 
  private:
@@ -74,39 +70,10 @@ class ParticlesChecker {
     }
   }
 
-  bool is_obstacle(const std::string& name) const {
-    return std::ranges::find(case_.obstacle, name, &ObstacleCase::name) != case_.obstacle.end();
-  }
-
-  void pair(std::size_t number) const {
-    const ContactPairCase& target = case_.contact.pair[number];
-    const std::string path = join_path("contact.pair", number);
-    for (std::size_t k = 0; k < 2; ++k) {
-      const std::string& name = target.between[k];
-      if (std::ranges::find(names_, name) != names_.end()) continue;
-      fail(join_path(join_path(path, "between"), k), "no particles or obstacle " + in_quotes(name),
-           names_.empty() ? "expected particles or obstacles, and the case has none"
-                          : name_hint(name, names_));
-    }
-    const std::string &first = target.between[0], &second = target.between[1];
-    if (is_obstacle(first) && is_obstacle(second)) {
-      fail(join_path(path, "between"), "a pair of two obstacles",
-           "expected particles as one of the two: obstacles do not collide with each other");
-    }
-    for (std::size_t other = 0; other < number; ++other) {
-      const std::vector<std::string>& names = case_.contact.pair[other].between;
-      if (!std::ranges::is_permutation(names, target.between)) continue;
-      fail(join_path(path, "between"),
-           "a second pair of " + in_quotes(first) + " and " + in_quotes(second),
-           "expected each pair once");
-    }
-  }
-
   static constexpr double most_particles = 1e8;
 
   const Case& case_;
   const Locations& locations_;
-  std::vector<std::string> names_;  // of particles and obstacles
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Checks of particles, of their method and of contact between named partners.
+// Checks of particles and of their method.
 #pragma once
 
 #include "sim/case/case.h"
@@ -7,8 +7,7 @@
 namespace weft::sim {
 
 // Throws CaseError for a case that simulates nothing, for particles or bodies that the method does
-// not simulate, for places that cannot hold the particles, and for pairs whose names are unknown,
-// are both obstacles or are listed twice.
+// not simulate, and for places that cannot hold the particles.
 void check_particles(const Case& target, const Locations& locations);
 
 }  // namespace weft::sim

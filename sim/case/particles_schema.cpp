@@ -80,14 +80,15 @@ Table describe(ContactPairCase& target) {
   auto& [between, restitution, friction, location] = target;
   Table result{{
       field("between", &between,
-            "Two names of particles and obstacles; the same name twice: particles of one group "
-            "among themselves.")
+            "Two names of bodies, obstacles and particles, or of two materials. The same name "
+            "twice: a body with itself, or particles of one group among themselves.")
           .needed()
           .entries(2, 2),
       field("restitution", &restitution, "", {0, 1},
-            "Speed of parting after an impact, divided by the speed of approach.")
+            "Of particles: speed of parting after an impact, divided by the speed of approach.")
           .with_default("by the particles"),
-      field("friction", &friction, "", not_negative, "Coulomb coefficient.")
+      field("friction", &friction, "", not_negative,
+            "Coulomb coefficient. Needed without particles.")
           .with_default("by the particles"),
   }};
   result.location = &location;

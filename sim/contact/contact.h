@@ -98,7 +98,8 @@ class Contact {
   // A block is the sum of its parts.
   template <class Visit>
   void visit_blocks(double gamma, const Visit& visit) const;
-  // Sets the Coulomb coefficient of later evaluations.
+  // Sets the Coulomb coefficient, in later evaluations, of bodies for which no [[contact.pair]]
+  // holds.
   void set_friction(double friction) { surface_.set_friction(friction); }
   // Makes the matrices of later evaluations positive semi-definite, for long fixed steps. Negative
   // stiffness and damping of pairs, and the friction slope of subtracted terms, are set to zero.

@@ -94,8 +94,8 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
       range_(scene.source.contact.range),
       stiffness_(scene.source.contact.stiffness),
       damping_time_(scene.source.contact.damping_time),
-      friction_(scene.source.contact.friction.constant_or_zero()),
       friction_speed_(scene.source.contact.friction_speed),
+      friction_(scene),
       spins_(scene.bodies.size(), Vec3::Zero()),
       touched_(scene.bodies.size(), 0) {
   surfaces_.reserve(scene.bodies.size());
@@ -141,6 +141,7 @@ std::vector<SurfaceContact::PairGroup> SurfaceContact::groups_within(double samp
       group.edges = kind == 2;
       group.samples = !group.edges && scene_.bodies[kind == 0 ? list.body_a : list.body_b].dynamic;
       group.thickness = list.thickness;
+      group.friction = friction_.of(list.body_a, list.body_b);
       group.body_a = list.body_a;
       group.body_b = list.body_b;
       group.surface = kind == 0 ? list.body_b : list.body_a;
@@ -227,7 +228,7 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   PhaseTimer timer(statistics_.phases.narrow_phase);
   const std::span<const Vec3> position = now.position();
-  if (friction_ > 0) find_spins(now, velocity);
+  if (friction_.any()) find_spins(now, velocity);
   begin_placing();
   for (const PairGroup& group : groups_within(range_, short_range * range_)) {
     place_nodes(group, now, now);
@@ -320,7 +321,8 @@ void SurfaceContact::measure_part(const PairGroup& group, std::size_t first, std
   while (begin < in_reach.size() && !found.fault) {
     std::size_t end = begin + 1;
     if (!group.samples) {
-      measure_pair(group.pair(first + in_reach[begin].pair), position, velocity, found);
+      measure_pair(group.pair(first + in_reach[begin].pair), group.friction, position, velocity,
+                   found);
     } else {
       const auto vertex = [&](std::size_t i) { return group.nodes[first + in_reach[i].pair][0]; };
       while (end < in_reach.size() && vertex(end) == vertex(begin)) ++end;
@@ -352,7 +354,7 @@ void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
                                 group.thickness + range_, scratch.terms);
   const ContactLaw law{range_,
                        (body.dynamic ? 0.5 : 1.0) * stiffness_ * scene_.contact_area[vertex],
-                       damping_time_, friction_, friction_speed_};
+                       damping_time_, group.friction, friction_speed_};
   for (const bsi::SurfaceTerm& term : scratch.terms) {
     Pair features{{vertex, 0, 0, 0}, false, group.thickness};
     for (int k = 0; k < 3; ++k)
@@ -362,7 +364,7 @@ void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
 }
 
 // Measures a pair without a sample: two edges, or an obstacle's vertex and a triangle.
-void SurfaceContact::measure_pair(const Pair& pair, std::span<const Vec3> position,
+void SurfaceContact::measure_pair(const Pair& pair, double friction, std::span<const Vec3> position,
                                   std::span<const Vec3> velocity, Found& found) const {
   const bsi::Closest closest = closest_of(pair.edges, pair.nodes, position);
   const double limit = pair.thickness + short_range * range_;
@@ -370,7 +372,7 @@ void SurfaceContact::measure_pair(const Pair& pair, std::span<const Vec3> positi
   const ContactLaw law{
       short_range * range_,
       stiffness_ / (short_range * short_range) * pair_area(pair.nodes, pair.edges ? 2 : 1),
-      damping_time_, friction_, friction_speed_};
+      damping_time_, friction, friction_speed_};
   const double mollifier = pair.edges ? mollify(pair, closest, position, law, found) : 1.0;
   add_pair(law, pair, closest, mollifier, 1, position, velocity, found);
 }
@@ -393,7 +395,7 @@ void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features,
     pair.stiffness = std::max(pair.stiffness, 0.0);
     pair.damping = std::max(pair.damping, 0.0);
   }
-  if (friction_ > 0) {
+  if (law.friction > 0) {
     const bsi::FourPoints points{position[pair.nodes[0]], position[pair.nodes[1]],
                                  position[pair.nodes[2]], position[pair.nodes[3]]};
     const auto kind =

@@ -14,6 +14,7 @@
 #include "sim/base/statistics.h"
 #include "sim/contact/contact_pair.h"
 #include "sim/contact/contact_search.h"
+#include "sim/contact/pair_friction.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -102,8 +103,9 @@ class SurfaceContact {
   // dynamic body in an evaluation since the last forget_touched().
   std::span<const char> touched() const { return touched_; }
   void forget_touched() { touched_.assign(touched_.size(), 0); }
-  // Sets the Coulomb coefficient of later evaluations.
-  void set_friction(double friction) { friction_ = friction; }
+  // Sets the Coulomb coefficient, in later evaluations, of bodies for which no [[contact.pair]]
+  // holds.
+  void set_friction(double friction) { friction_.set_default(friction); }
   // Makes the matrices of later evaluations positive semi-definite, for long fixed steps. Negative
   // stiffness and damping of pairs, and the friction slope of subtracted terms, are set to zero.
   void keep_matrix_definite() { definite_ = true; }
@@ -170,6 +172,7 @@ class SurfaceContact {
     bool edges = false;
     bool samples = false;  // true if the vertices belong to a dynamic body; false for edges
     double thickness = 0;
+    double friction = 0;  // Coulomb coefficient
     int body_a = 0, body_b = 0;
     int surface = 0;  // for samples: body of the triangles
     bool is_self() const { return body_a == body_b; }
@@ -209,7 +212,7 @@ class SurfaceContact {
   void measure_sample(const PairGroup& group, std::size_t first,
                       std::span<const bsi::PairInReach> in_reach, std::span<const Vec3> position,
                       std::span<const Vec3> velocity, SampleScratch& scratch, Found& found) const;
-  void measure_pair(const Pair& pair, std::span<const Vec3> position,
+  void measure_pair(const Pair& pair, double friction, std::span<const Vec3> position,
                     std::span<const Vec3> velocity, Found& found) const;
   void add_pair(const ContactLaw& law, const Pair& features, const bsi::Closest& closest,
                 double mollifier, double coefficient, std::span<const Vec3> position,
@@ -239,7 +242,8 @@ class SurfaceContact {
   const Scene& scene_;
   Statistics& statistics_;
   ContactSearch search_;
-  double range_, stiffness_, damping_time_, friction_, friction_speed_;
+  double range_, stiffness_, damping_time_, friction_speed_;
+  PairFriction friction_;
   bool definite_ = false;
   std::vector<Vec3> rest_;                   // rest positions of all points, m
   std::vector<bsi::SurfaceTerms> surfaces_;  // by body

@@ -11,6 +11,7 @@
 #include "sim/case/time_methods.h"
 #include "sim/contact/compute_choice.h"
 #include "sim/contact/contact_search.h"
+#include "sim/contact/pair_friction.h"
 #include "sim/forces/force.h"
 #include "sim/scene/scene_curves.h"
 #include "sim/view/output_description.h"
@@ -238,6 +239,27 @@ void describe_search(const Scene& scene, const std::vector<CandidateList>& neigh
                 "at the start, nothing that they may touch is near", out);
 }
 
+// Prints the friction of each [[contact.pair]], and which friction is skipped.
+void describe_friction(const Scene& scene, std::ostream& out) {
+  const ContactCase& contact = scene.source.contact;
+  const std::vector<int> uses = PairFriction(scene).uses();
+  for (std::size_t i = 0; i < contact.pair.size(); ++i) {
+    const ContactPairCase& pair = contact.pair[i];
+    const std::string names = in_quotes(pair.between[0]) + " and " + in_quotes(pair.between[1]);
+    if (uses[i] == 0) {
+      out << "  skipped friction of " << names << ": no bodies that may touch have this pair\n";
+    } else if (pair.friction.value_or(0) == 0) {
+      out << "  skipped friction of " << names << ": it is 0\n";
+    } else {
+      out << "  friction " << *pair.friction << " of " << names << ", "
+          << counted(uses[i], "pair of bodies", "pairs of bodies") << '\n';
+    }
+  }
+  if (!contact.friction.is_zero()) return;
+  out << (contact.pair.empty() ? "  skipped friction" : "  skipped friction of other pairs")
+      << ": contact.friction is 0\n";
+}
+
 void describe_contact(const Scene& scene, std::ostream& out) {
   const ContactCase& contact = scene.source.contact;
   if (scene.spheres_collide) {
@@ -267,8 +289,8 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   if (obstacles > 1) out << "  skipped pairs of obstacles: nothing is simulated between them\n";
   if (traits_of(scene.source.time.method).finds_equilibria()) {
     out << "  skipped friction and contact damping: in an equilibrium nothing moves\n";
-  } else if (contact.friction.is_zero()) {
-    out << "  skipped friction: contact.friction is 0\n";
+  } else {
+    describe_friction(scene, out);
   }
 }
 

@@ -77,6 +77,11 @@ std::vector<BadCase> bad_particles() {
        head + balls + floor_below + "[[contact.pair]]\nbetween = [\"balls\", \"flor\"]\n",
        R"(case.toml:12:21: no particles or obstacle "flor"
   did you mean "floor"?)"},
+      {"pair_of_a_material",
+       head + balls + floor_below +
+           "[[contact.pair]]\nbetween = [\"balls\", \"ice\"]\n[material.ice]\n",
+       R"(case.toml:12:21: no particles or obstacle "ice"
+  expected particles or an obstacle, not a material: particles have none)"},
       {"pair_of_obstacles",
        head + balls + floor_below + "[[contact.pair]]\nbetween = [\"floor\", \"floor\"]\n",
        R"(case.toml:12:11: a pair of two obstacles

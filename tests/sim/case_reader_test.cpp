@@ -363,7 +363,7 @@ TEST(CaseSchema, CoversEveryKey) {
       {"body[0].pin[0]", 13},
       {"body[0].pin[0].motion", 6},
       {"body[0].pin[0].motion.keyframes[0]", 3},
-      {"obstacle[0]", 6},
+      {"obstacle[0]", 7},
       {"obstacle[0].shape", 17},
       {"obstacle[0].motion", 6},
       {"obstacle[0].motion.keyframes[0]", 3},

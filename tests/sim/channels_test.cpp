@@ -505,8 +505,8 @@ INSTANTIATE_TEST_SUITE_P(
                         "[contact]\nenabled = false\n"),
                     bad("no_friction", R"(["friction_force"])",
                         "13: the channel \"friction_force\" would be zero: there is no "
-                        "friction\n  expected "
-                        "contact.friction > 0, or no \"friction_force\""),
+                        "friction\n  expected contact.friction > 0, a [[contact.pair]] with "
+                        "friction, or no \"friction_force\""),
                     bad("friction_at_rest", R"(["friction_force"])",
                         "13: the channel \"friction_force\" would be zero: in an "
                         "equilibrium nothing slides\n  "
