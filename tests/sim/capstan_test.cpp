@@ -1,9 +1,13 @@
 // A strip of cloth around a fixed cylinder against the capstan equation.
 #include <hdf5.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include "tests/sim/simulated_case.h"
 #include "tests/temporary_folder.h"

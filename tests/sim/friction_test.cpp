@@ -1,6 +1,10 @@
 // Sliding cloth against closed forms of Coulomb's friction, with a friction for each pair.
 #include <cmath>
 #include <numbers>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "materials/contact.h"
 #include "sim/contact/contact.h"
