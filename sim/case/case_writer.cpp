@@ -98,14 +98,24 @@ bool is_table(const Field& field) {
          std::holds_alternative<std::vector<OutputExpression>*>(field.member);
 }
 
-// True if a key that excludes this field (Field::excluded_by) has a value.
+// True if the field says more than nothing: false says nothing.
+bool has_value(const Field& field) {
+  if (const auto* list = std::get_if<TableList>(&field.member)) return list->size() > 0;
+  if (const auto* member = std::get_if<TableMember>(&field.member)) return member->present();
+  if (const auto* value = std::get_if<bool*>(&field.member)) return **value;
+  return !value_text(field).empty();
+}
+
+// True if a field that excludes this one (Field::excluded_by) has a value. A false field is also
+// left out if it excludes a field that has a value: the reader accepts only one of the two.
 bool is_excluded(const Field& field, const Table& table) {
-  return std::ranges::any_of(field.excluded_by, [&](const std::string& key) {
-    const Field& other = *table.find(key);
-    if (const auto* list = std::get_if<TableList>(&other.member)) return list->size() > 0;
-    if (const auto* member = std::get_if<TableMember>(&other.member)) return member->present();
-    return !value_text(other).empty();
-  });
+  if (std::ranges::any_of(field.excluded_by,
+                          [&](const std::string& key) { return has_value(*table.find(key)); }))
+    return true;
+  return !has_value(field) && std::holds_alternative<bool*>(field.member) &&
+         std::ranges::any_of(table.fields, [&](const Field& other) {
+           return std::ranges::count(other.excluded_by, field.key) > 0 && has_value(other);
+         });
 }
 
 void write_table(const Table& table, const std::string& header, std::string& text);

@@ -96,8 +96,10 @@ class SupportChecker {
                   : std::vector<std::string>{"region_min", "region_max"};
     for (const char* key :
          {"corners", "edges", "rows", "cols", "patch", "region_min", "region_max"}) {
+      // The first patch is the default, which resolved texts have, too.
       if (!locations_.given(join_path(path, key)) ||
-          std::ranges::find(allowed, key) != allowed.end())
+          std::ranges::find(allowed, key) != allowed.end() ||
+          (key == std::string("patch") && load.vertices.patch == 0))
         continue;
       fail(join_path(path, key), in_quotes(key) + " does not select what this type of load acts on",
            "expected " + quoted_list(allowed));

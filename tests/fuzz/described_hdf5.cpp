@@ -180,6 +180,17 @@ bool is_small(hid_t properties, const std::string& shape) {
   return bytes * product(chunk) <= most_bytes;
 }
 
+// True if HDF5 1.10 can write a chunk: it reads beyond its index where the dataset has no entries,
+// or where chunks or their number are enormous. Such datasets stay empty.
+bool can_write_chunk(hid_t properties, const std::string& shape) {
+  constexpr double most_chunk_bytes = 1e9, most_rows = 1e12;
+  Sizes chunk(H5S_MAX_RANK, 1);
+  chunk.resize(std::max(0, H5Pget_chunk(properties, H5S_MAX_RANK, chunk.data())));
+  const Sizes sizes = sizes_of(shape);
+  return product(sizes) > 0 && 16 * product(chunk) <= most_chunk_bytes &&
+         std::ranges::none_of(sizes, [](hsize_t size) { return size > most_rows; });
+}
+
 // item.words: dataset PATH TYPE SHAPE [OPTION ...]
 void add_dataset(hid_t file, const Item& item) {
   const std::string &path = item.words[1], &shape = item.words[3];
@@ -190,6 +201,7 @@ void add_dataset(hid_t file, const Item& item) {
   const Id type = type_of(item.words[2]);
   const Id dataset(H5Dcreate2(file, path.c_str(), type, space, links, properties, H5P_DEFAULT));
   if (dataset < 0) return;
+  if (H5Pget_layout(properties) == H5D_CHUNKED && !can_write_chunk(properties, shape)) return;
   if (const auto raw = item.option("raw")) {
     const std::vector<char> bytes(
         std::min<hsize_t>(most_raw_bytes, std::strtoull(raw->c_str(), nullptr, 10)) + 1);

@@ -36,30 +36,37 @@ shape = { type = "sphere", radius = 0.05, resolution = [9] }
 )";
 
 struct Stored {
-  std::string method;
+  std::string method, friction;
   std::vector<Vec3> positions;  // m, of the last vertex and of the one in the middle, at 0.05 s
 };
 
+// Friction makes adaptive steps of high accuracy sensitive: rounding errors, which differ from
+// processor to processor, grow to 1e-6 m within this run. Those methods run without it.
+//
 // Values of numerics_version 2. If a change moves them on purpose, increase the number, and store
 // the values that this test prints.
 constexpr int stored_version = 2;
 const std::vector<Stored> stored{
     {"cvode",
-     {{0.055159876810, 0.043555678730, 0.001462398454},
-      {0.007318982019, 0.019450414351, 0.049916107322}}},
+     "0",
+     {{0.054787543098, 0.041510700048, 0.001379882202},
+      {0.004916456426, 0.020737701515, 0.049884566338}}},
     {"euler",
+     "0.3",
      {{0.055433530753, 0.043875540529, 0.001458158378},
       {0.007556591289, 0.019993395817, 0.049982940258}}},
     {"arkode",
-     {{0.055120111306, 0.043546736065, 0.001463170602},
-      {0.007336437128, 0.019462644173, 0.049970814624}}},
+     "0",
+     {{0.054820321448, 0.041562197094, 0.001390717083},
+      {0.004951891162, 0.020732085699, 0.049837295621}}},
 };
 
 TEST(NumericsVersion, NumberChangesWithTheNumerics) {
   ASSERT_EQ(numerics_version, stored_version) << "store the values of the new numerics below";
   for (const Stored& each : stored) {
-    auto simulation = make_simulation(
-        parse_case(scene, "case.toml", {"time.method=" + each.method, "compute.threads=1"}));
+    auto simulation = make_simulation(parse_case(
+        scene, "case.toml",
+        {"time.method=" + each.method, "contact.friction=" + each.friction, "compute.threads=1"}));
     const auto failure = simulation.advance(0.05);
     ASSERT_FALSE(failure) << failure->text;
     const auto positions = simulation.position("sheet");
