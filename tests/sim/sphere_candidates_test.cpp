@@ -9,6 +9,7 @@
 #include "sim/case/case_reader.h"
 #include "sim/particles/row_queue.h"
 #include "sim/particles/sphere_grid.h"
+#include "sim/particles/sphere_search.h"
 #include "sim/particles/surface_candidates.h"
 
 namespace weft::sim::sphere_candidates_test {
@@ -102,6 +103,31 @@ TEST(SurfaceCandidates, HoldAllNearTrianglesDuringALongMotion) {
   }
   EXPECT_GT(near, 1000);
   EXPECT_LT(candidates.lists_made(), spheres * steps / 3);
+}
+
+TEST(SphereSearch, FindsOverlapsBetweenTheEndsOfAStep) {
+  const auto scene =
+      build_scene(parse_case(torus, "torus.toml", {"particles.0.positions.count=[2, 1, 1]"}));
+  const SphereSurfaces surfaces(*scene);
+  SphereLaws laws(*scene);
+  laws.set_friction(0);
+  Statistics statistics;
+  SphereSearch search(*scene, surfaces, laws, statistics);
+  const std::vector<RigidPose> poses = surfaces.poses(0);
+  const std::vector<Vec3> rest(2, Vec3::Zero());
+  // The spheres pass each other, and touch while they are abreast.
+  for (const double apart : {0.0396, 0.0401}) {
+    const std::vector<Vec3> x{{-0.007, 0, 1}, {0, apart, 1}}, end{{0.007, 0, 1}, {0, apart, 1}};
+    const SphereStart start{x, rest, rest, poses, poses, 1};
+    std::vector<SphereContact> overlaps;
+    search.find_overlaps(start, end, {}, overlaps);
+    EXPECT_EQ(overlaps.size(), apart < 0.04 ? 1U : 0U);
+    search.find_overlaps(start, end, std::vector<char>{0, 0}, overlaps);
+    EXPECT_TRUE(overlaps.empty());
+    // Spheres that part have no overlap that they could lose.
+    search.find_overlaps(start, x, {}, overlaps);
+    EXPECT_TRUE(overlaps.empty());
+  }
 }
 
 TEST(RowQueue, SolvesTheRowsOfSpheresThatChange) {
