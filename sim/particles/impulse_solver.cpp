@@ -14,15 +14,11 @@ namespace {
 constexpr double rest_gap_share = 1e-3;
 // Gaps above the rest gap, as a fraction of it, up to which a contact takes part in the velocities.
 constexpr double touching_share = 0.25;
-// Fraction of a lacking gap that one step restores. Faster restoring would add energy.
-constexpr double restored_share = 0.2;
-// Most sweeps of one solution. Sweeps end once no speed changes by more than `small_change` of the
-// resting speed, or no gap lacks more than `small_lack` of the rest gap.
-constexpr int most_sweeps = 15;
-constexpr double small_change = 0.1, small_lack = 0.3;
-// A contact whose gap at the end, before corrections, exceeds this multiple of the rest gap takes
-// no part in the corrections.
-constexpr double clear_gap = 3;
+// Most sweeps of one solution. Sweeps end once no relative speed changes by more than
+// `small_change_share` of the resting speed. Contacts whose spheres have not changed by more since
+// are not solved again.
+constexpr int most_velocity_sweeps = 25;
+constexpr double small_change_share = 0.1;
 
 // Returns the first time (s) in [0, length] at which gap + speed t + acceleration t^2 / 2 is zero
 // or less, or a negative number if there is none.
@@ -58,22 +54,17 @@ double ImpulseSolver::least_gap(const SphereContact& contact) const {
                            : std::min(rest_gap_[contact.sphere], rest_gap_[contact.other]);
 }
 
-Vec3 ImpulseSolver::relative_velocity(const SphereContact& contact, const Speeds& speeds) const {
-  const int a = contact.sphere, b = contact.other;
-  const Vec3 own = speeds.velocity[a] - radius_[a] * speeds.spin[a].cross(contact.normal);
-  if (b < 0) return own - contact.drive;
-  return own - speeds.velocity[b] - radius_[b] * speeds.spin[b].cross(contact.normal);
-}
-
-void ImpulseSolver::apply(const SphereContact& contact, const Vec3& impulse,
-                          const Speeds& speeds) const {
-  const int a = contact.sphere, b = contact.other;
-  const Vec3 turn = contact.normal.cross(impulse);
-  speeds.velocity[a] += inverse_mass_[a] * impulse;
-  speeds.spin[a] -= radius_[a] * inverse_inertia_[a] * turn;
-  if (b < 0) return;
-  speeds.velocity[b] -= inverse_mass_[b] * impulse;
-  speeds.spin[b] -= radius_[b] * inverse_inertia_[b] * turn;
+// Applies an impulse to both sides. Its normal part does not turn spheres.
+void ImpulseSolver::apply(const Row& row, double along_normal, const Vec3& tangential) {
+  const Vec3 impulse = along_normal * row.normal + tangential;
+  const Vec3 turn = row.normal.cross(tangential);
+  Motion& a = motion_[row.sphere];
+  a.velocity += a.mass_share * impulse;
+  a.turning -= a.turning_share * turn;
+  if (row.other < 0) return;
+  Motion& b = motion_[row.other];
+  b.velocity -= b.mass_share * impulse;
+  b.turning -= b.turning_share * turn;
 }
 
 // Sets the least normal velocity at the end of the step. Returns false if the contact neither
@@ -101,24 +92,38 @@ bool ImpulseSolver::set_target(const SphereContact& contact, const ImpulseStep& 
   return true;
 }
 
+void ImpulseSolver::start(const ImpulseStep& step, std::span<const Vec3> spin) {
+  motion_.resize(spin.size());
+  for (std::size_t i = 0; i < spin.size(); ++i) {
+    motion_[i] = {step.velocity[i] + step.length * step.acceleration[i], inverse_mass_[i],
+                  radius_[i] * spin[i], radius_[i] * radius_[i] * inverse_inertia_[i]};
+  }
+  queue_.clear(static_cast<int>(spin.size()));
+}
+
 void ImpulseSolver::make_rows(std::span<const SphereContact> contacts, const ImpulseStep& step) {
   rows_.clear();
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const SphereContact& contact = contacts[c];
     Row row;
-    row.contact = static_cast<int>(c);
     if (!set_target(contact, step, row)) continue;
-    const auto add = [&](int sphere, double& normal, double& tangential) {
-      const double radius = radius_[sphere];
-      normal += inverse_mass_[sphere];
-      tangential += inverse_mass_[sphere] + radius * radius * inverse_inertia_[sphere];
-    };
-    double normal = 0, tangential = 0;
-    add(contact.sphere, normal, tangential);
-    if (contact.other >= 0) add(contact.other, normal, tangential);
+    row.contact = static_cast<int>(c);
+    row.normal = contact.normal;
+    row.drive = contact.drive;
+    row.friction = contact.friction;
+    row.sphere = contact.sphere;
+    row.other = contact.other;
+    const Motion& a = motion_[row.sphere];
+    double normal = a.mass_share, tangential = a.mass_share + a.turning_share;
+    if (row.other >= 0) {
+      const Motion& b = motion_[row.other];
+      normal += b.mass_share;
+      tangential += b.mass_share + b.turning_share;
+    }
     row.normal_mass = 1 / normal;
     row.tangential_mass = 1 / tangential;
     rows_.push_back(row);
+    queue_.add(row.sphere, row.other);
   }
 }
 
@@ -135,7 +140,7 @@ void ImpulseSolver::take_kept(std::span<const SphereContact> contacts, double le
     while (kept != kept_.end() && key_of(*kept) < contact.key()) ++kept;
     if (kept == kept_.end()) return;
     if (key_of(*kept) != contact.key() || row.is_impact) continue;
-    row.normal = scale * kept->normal;
+    row.impulse = scale * kept->normal;
     const Vec3 tangential(kept->tangential.data());
     row.tangential = scale * (tangential - tangential.dot(contact.normal) * contact.normal);
   }
@@ -145,123 +150,81 @@ void ImpulseSolver::keep(std::span<const SphereContact> contacts, double length)
   kept_.clear();
   kept_length_ = length;
   for (const Row& row : rows_) {
-    if (row.is_impact || row.normal == 0) continue;
+    if (row.is_impact || row.impulse == 0) continue;
     const SphereContact& contact = contacts[row.contact];
     kept_.push_back({contact.surface,
                      contact.sphere,
                      contact.other,
                      contact.triangle,
-                     row.normal,
+                     row.impulse,
                      {row.tangential[0], row.tangential[1], row.tangential[2]}});
   }
 }
 
-// Returns the change of the relative speed (m/s).
-double ImpulseSolver::solve_normal(const SphereContact& contact, Row& row,
-                                   const Speeds& speeds) const {
-  const double speed = contact.normal.dot(relative_velocity(contact, speeds));
-  const double before = row.normal;
-  row.normal = std::max(0.0, before + row.normal_mass * (row.target - speed));
-  const double change = row.normal - before;
-  if (change != 0) apply(contact, change * contact.normal, speeds);
-  return std::abs(change) / row.normal_mass;
-}
-
-double ImpulseSolver::solve_friction(const SphereContact& contact, Row& row,
-                                     const Speeds& speeds) const {
-  const Vec3 velocity = relative_velocity(contact, speeds);
-  const Vec3 slip = velocity - velocity.dot(contact.normal) * contact.normal;
-  const Vec3 before = row.tangential;
-  row.tangential -= row.tangential_mass * slip;
-  const double limit = contact.friction * row.normal, size = row.tangential.norm();
-  if (size > limit) row.tangential *= limit / size;
-  const Vec3 change = row.tangential - before;
-  apply(contact, change, speeds);
-  return change.norm() / row.tangential_mass;
-}
-
-// Returns the largest change of a relative speed (m/s).
-double ImpulseSolver::sweep(std::span<const SphereContact> contacts, const Speeds& speeds) {
-  ++sweeps_;
-  double largest = 0;
-  for (Row& row : rows_) {
-    const SphereContact& contact = contacts[row.contact];
-    largest = std::max(largest, solve_normal(contact, row, speeds));
-    if (contact.friction > 0) largest = std::max(largest, solve_friction(contact, row, speeds));
+// Solves for the normal impulse, then for friction. The normal impulse does not change the slip, so
+// one relative velocity serves both. Returns true if a change matters.
+bool ImpulseSolver::solve(Row& row, double small_change) {
+  const Motion& a = motion_[row.sphere];
+  const bool is_pair = row.other >= 0;
+  Vec3 velocity = a.velocity - row.drive, turning = a.turning;
+  if (is_pair) {
+    velocity -= motion_[row.other].velocity;
+    turning += motion_[row.other].turning;
   }
-  return largest;
+  velocity -= turning.cross(row.normal);
+  const double speed = velocity.dot(row.normal);
+  const double before = row.impulse;
+  row.impulse = std::max(0.0, before + row.normal_mass * (row.target - speed));
+  const double change = row.impulse - before;
+  Vec3 slide = Vec3::Zero();
+  if (row.friction > 0) {
+    const Vec3 old = row.tangential;
+    row.tangential -= row.tangential_mass * (velocity - speed * row.normal);
+    const double limit = row.friction * row.impulse, squared = row.tangential.squaredNorm();
+    if (squared > limit * limit) row.tangential *= limit / std::sqrt(squared);
+    slide = row.tangential - old;
+  }
+  apply(row, change, slide);
+  const double least = small_change * row.normal_mass, slip = small_change * row.tangential_mass;
+  return std::abs(change) > least || slide.squaredNorm() > slip * slip;
 }
 
 void ImpulseSolver::find_velocities(std::span<const SphereContact> contacts,
                                     const ImpulseStep& step, std::span<Vec3> velocity,
                                     std::span<Vec3> spin) {
-  for (std::size_t i = 0; i < velocity.size(); ++i)
-    velocity[i] = step.velocity[i] + step.length * step.acceleration[i];
+  start(step, spin);
   make_rows(contacts, step);
   take_kept(contacts, step.length);
-  const Speeds speeds{velocity, spin};
   for (const Row& row : rows_) {
-    if (row.normal == 0) continue;
-    const SphereContact& contact = contacts[row.contact];
-    apply(contact, row.normal * contact.normal + row.tangential, speeds);
+    if (row.impulse != 0) apply(row, row.impulse, row.tangential);
   }
-  for (int k = 0; k < most_sweeps; ++k) {
-    if (sweep(contacts, speeds) <= small_change * step.resting_speed) break;
-  }
+  const double small_change = small_change_share * step.resting_speed;
+  const auto solve_row = [&](int index) {
+    Row& row = rows_[index];
+    if (!solve(row, small_change)) return;
+    queue_.push_rows_of(row.sphere);
+    if (row.other >= 0) queue_.push_rows_of(row.other);
+    queue_.remove(index);
+  };
+  for (int k = 0; k < most_velocity_sweeps && queue_.sweep(solve_row); ++k) ++sweeps_;
   keep(contacts, step.length);
+  for (std::size_t i = 0; i < velocity.size(); ++i) {
+    velocity[i] = motion_[i].velocity;
+    spin[i] = motion_[i].turning / radius_[i];
+  }
 }
 
 // A sphere whose impulses P act at the times t moves by v h + a h^2/2 + sum of P/m (h - t). The
 // impulses of contacts that rest act evenly, at h/2 on average.
-void ImpulseSolver::find_displacements(std::span<const SphereContact> contacts,
-                                       const ImpulseStep& step, std::span<const Vec3> velocity,
-                                       std::span<Vec3> mean) {
+void ImpulseSolver::find_displacements(const ImpulseStep& step, std::span<const Vec3> velocity,
+                                       std::span<Vec3> mean) const {
   for (std::size_t i = 0; i < mean.size(); ++i) mean[i] = 0.5 * (step.velocity[i] + velocity[i]);
   for (const Row& row : rows_) {
     if (!row.is_impact) continue;
-    const SphereContact& contact = contacts[row.contact];
-    const Vec3 impulse = row.normal * contact.normal + row.tangential;
+    const Vec3 impulse = row.impulse * row.normal + row.tangential;
     const double share = 0.5 - row.impact_time / step.length;
-    mean[contact.sphere] += share * inverse_mass_[contact.sphere] * impulse;
-    if (contact.other >= 0) mean[contact.other] -= share * inverse_mass_[contact.other] * impulse;
-  }
-  std::vector<SphereContact> closing;
-  for (const SphereContact& contact : contacts) {
-    const Vec3& other = contact.other < 0 ? contact.drive : mean[contact.other];
-    const double gap = contact.gap + step.length * contact.normal.dot(mean[contact.sphere] - other);
-    if (gap < clear_gap * least_gap(contact)) closing.push_back(contact);
-  }
-  correct_displacements(closing, step, {}, mean);
-}
-
-void ImpulseSolver::correct_displacements(std::span<const SphereContact> contacts,
-                                          const ImpulseStep& step, std::span<const char> is_fixed,
-                                          std::span<Vec3> mean) const {
-  const auto mobility = [&](int sphere) {
-    return is_fixed.empty() || is_fixed[sphere] == 0 ? inverse_mass_[sphere] : 0.0;
-  };
-  std::vector<double> multiplier(contacts.size(), 0.0);
-  for (int k = 0; k < most_sweeps; ++k) {
-    bool lacks = false;
-    for (std::size_t c = 0; c < contacts.size(); ++c) {
-      const SphereContact& contact = contacts[c];
-      const int a = contact.sphere, b = contact.other;
-      const double rest = least_gap(contact);
-      const double gap = contact.gap;
-      const double target = gap < rest ? gap + restored_share * (rest - gap) : rest;
-      const Vec3& other = b < 0 ? contact.drive : mean[b];
-      const double lack = (target - gap) / step.length - contact.normal.dot(mean[a] - other);
-      const double of_a = mobility(a), of_b = b < 0 ? 0.0 : mobility(b);
-      if (of_a + of_b == 0) continue;
-      const double before = multiplier[c];
-      multiplier[c] = std::max(0.0, before + lack / (of_a + of_b));
-      const double change = multiplier[c] - before;
-      if (change == 0) continue;
-      lacks |= lack * step.length > small_lack * rest;
-      mean[a] += of_a * change * contact.normal;
-      if (b >= 0) mean[b] -= of_b * change * contact.normal;
-    }
-    if (!lacks) return;
+    mean[row.sphere] += share * inverse_mass_[row.sphere] * impulse;
+    if (row.other >= 0) mean[row.other] -= share * inverse_mass_[row.other] * impulse;
   }
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/base/state_archive.h"
+#include "sim/particles/row_queue.h"
 #include "sim/particles/sphere_contact.h"
 #include "sim/scene/scene.h"
 
@@ -26,29 +27,25 @@ struct ImpulseStep {
 // which is Newton's law of restitution with the coefficient e. The heights of a lone bouncing
 // sphere are therefore exact for any length of steps. A contact that rests takes up the weight.
 // Friction is limited to Coulomb's cone.
-//
-// Displacements satisfy gap + n . (displacement of both sides) >= rest gap for all contacts. The
-// sides of a contact are convex, so this keeps them apart wherever the sweeps have converged.
 class ImpulseSolver {
  public:
   // The scene must outlive the solver.
   explicit ImpulseSolver(const Scene& scene);
 
-  // Gap (m) at which a contact rests, by sphere. It absorbs what sweeps leave undone.
-  double rest_gap(int sphere) const { return rest_gap_[sphere]; }
+  // Gaps (m) at which contacts rest, by sphere. They absorb what sweeps leave undone.
+  std::span<const double> rest_gaps() const { return rest_gap_; }
+  // Inverse masses (1/kg), by sphere.
+  std::span<const double> inverse_masses() const { return inverse_mass_; }
   // Sets `velocity` (m/s) and `spin` (rad/s) to those at the end of the step. `spin` is that at the
   // start on entry. Contacts must be sorted by key. Starts from the impulses of the last call for
   // contacts that go on.
   void find_velocities(std::span<const SphereContact> contacts, const ImpulseStep& step,
                        std::span<Vec3> velocity, std::span<Vec3> spin);
-  // Sets `mean` (m/s) to the displacement of each sphere divided by the length of the step.
-  // `velocity` is the result of find_velocities(), which must have come before.
-  void find_displacements(std::span<const SphereContact> contacts, const ImpulseStep& step,
-                          std::span<const Vec3> velocity, std::span<Vec3> mean);
-  // Repeats the last part of find_displacements() with other contacts, from the present `mean`.
-  // Spheres of which `is_fixed` is not 0 keep their displacements.
-  void correct_displacements(std::span<const SphereContact> contacts, const ImpulseStep& step,
-                             std::span<const char> is_fixed, std::span<Vec3> mean) const;
+  // Sets `mean` (m/s) to the displacement of each sphere that its velocities and impacts imply,
+  // divided by the length of the step. `velocity` is the result of find_velocities(), which must
+  // have come before.
+  void find_displacements(const ImpulseStep& step, std::span<const Vec3> velocity,
+                          std::span<Vec3> mean) const;
   // Returns the moment of inertia (kg m^2) of a sphere about its centre, 0 if it does not spin.
   double inertia(int sphere) const { return inertia_[sphere]; }
   // Forgets the impulses of the last step.
@@ -58,14 +55,25 @@ class ImpulseSolver {
   std::int64_t sweeps() const { return sweeps_; }
 
  private:
+  // The motion of a sphere, on a cache line of its own.
+  struct alignas(64) Motion {
+    Vec3 velocity;         // m/s
+    double mass_share;     // 1/kg, inverse mass
+    Vec3 turning;          // m/s, radius times spin
+    double turning_share;  // 1/kg, squared radius over moment of inertia, or 0
+  };
   struct Row {
-    int contact = 0;
+    Vec3 normal;
+    double normal_mass, tangential_mass;  // kg
+    double friction;
+    Vec3 drive;                // m/s
+    double target = 0;         // m/s, least normal velocity at the end
+    double impulse = 0;        // kg m/s, along the normal
+    Vec3 tangential{0, 0, 0};  // kg m/s, impulse of friction
+    int sphere, other;
+    int contact;  // index in the list of contacts
     bool is_impact = false;
-    double impact_time = 0;                       // s, within the step
-    double target = 0;                            // m/s, least normal velocity at the end
-    double normal_mass = 0, tangential_mass = 0;  // kg
-    double normal = 0;                            // kg m/s, impulse
-    Vec3 tangential{0, 0, 0};                     // kg m/s, impulse of friction
+    double impact_time = 0;  // s, within the step
   };
   // An impulse that the next step starts from.
   struct KeptImpulse {
@@ -73,23 +81,20 @@ class ImpulseSolver {
     double normal;
     std::array<double, 3> tangential;
   };
-  struct Speeds {
-    std::span<Vec3> velocity, spin;
-  };
 
+  void start(const ImpulseStep& step, std::span<const Vec3> spin);
   void make_rows(std::span<const SphereContact> contacts, const ImpulseStep& step);
   bool set_target(const SphereContact& contact, const ImpulseStep& step, Row& row) const;
   void take_kept(std::span<const SphereContact> contacts, double length);
   void keep(std::span<const SphereContact> contacts, double length);
-  double sweep(std::span<const SphereContact> contacts, const Speeds& speeds);
-  double solve_normal(const SphereContact& contact, Row& row, const Speeds& speeds) const;
-  double solve_friction(const SphereContact& contact, Row& row, const Speeds& speeds) const;
-  void apply(const SphereContact& contact, const Vec3& impulse, const Speeds& speeds) const;
-  Vec3 relative_velocity(const SphereContact& contact, const Speeds& speeds) const;
+  bool solve(Row& row, double small_change);
+  void apply(const Row& row, double along_normal, const Vec3& tangential);
   double least_gap(const SphereContact& contact) const;
 
   std::vector<double> radius_, inverse_mass_, inverse_inertia_, inertia_, rest_gap_;
+  std::vector<Motion> motion_;
   std::vector<Row> rows_;
+  RowQueue queue_;
   std::vector<KeptImpulse> kept_;
   double kept_length_ = 0;  // s, length of the step of kept_
   std::int64_t sweeps_ = 0;

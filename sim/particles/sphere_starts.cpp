@@ -32,10 +32,11 @@ void refuse_overlapping_spheres(const Scene& scene) {
   const std::vector<RigidPose> poses = surfaces.poses(0);
   const auto position = std::span<const Vec3>(scene.initial_position)
                             .first(static_cast<std::size_t>(scene.dynamic_particles));
-  const SphereStart start{position, poses, poses, 1};
+  const std::vector<Vec3> rest(position.size(), Vec3::Zero());
+  const SphereStart start{position, rest, rest, poses, poses, 1};
   const std::vector<double> reach(position.size(), 0.0);
-  search.prepare(start, reach);
-  std::vector<SphereContact> overlaps = search.find_contacts(start, reach);
+  std::vector<SphereContact> overlaps;
+  search.find_contacts(start, reach, 0, overlaps);
   std::erase_if(overlaps, [&](const SphereContact& contact) {
     return contact.gap >= -rounding_share * search.radii()[contact.sphere];
   });

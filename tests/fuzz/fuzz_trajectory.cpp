@@ -79,7 +79,7 @@ class TrajectoryWork {
     for (const std::string& word : words_of(text)) {
       const std::string value = word.substr(std::min(word.find('=') + 1, word.size()));
       const double number = std::strtod(value.c_str(), nullptr);
-      const int level = static_cast<int>(std::clamp(number, 0.0, 30.0));
+      const int level = number > 0 ? static_cast<int>(std::min(number, 30.0)) : 0;
       if (word.starts_with("colour=")) options.colour_field = value;
       if (word.starts_with("lod=") && number > 0) options.detail_pixels = number;
       if (word.starts_with("level=")) options.surface_of_level = level;

@@ -331,6 +331,28 @@ TEST(Particles, ComeToRestInAHeapWithoutOverlap) {
   EXPECT_GT(in_the_hole, 15);
 }
 
+TEST(Particles, TakeShorterStepsWhileMostAreFast) {
+  // A fifth of the balls may move by more than 0.17 of the radius in a step, and none by more than
+  // three quarters.
+  Simulation simulation = simulate(heap, {});
+  double longest = 0;
+  while (simulation.time() < 0.6) {
+    const double before = simulation.time();
+    const auto failure = simulation.step();
+    ASSERT_FALSE(failure) << failure->text;
+    const double length = simulation.time() - before;
+    longest = std::max(longest, length);
+    int fast = 0;
+    for (const Vec3& velocity : simulation.velocity("balls")) {
+      const double move = length * velocity.norm() / 0.02;
+      EXPECT_LT(move, 0.76);
+      fast += move > 0.18 ? 1 : 0;
+    }
+    EXPECT_LE(fast, 0.21 * 490) << "at " << before << " s";
+  }
+  EXPECT_GT(longest, 4e-3);
+}
+
 TEST(Particles, HaveTheSameBitsOnAnyNumberOfThreads) {
   Simulation one = simulate(heap, {"compute.threads=1"}),
              two = simulate(heap, {"compute.threads=2"});

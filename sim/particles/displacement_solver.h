@@ -1,0 +1,61 @@
+// Displacements of rigid spheres that keep them apart during one step.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sim/particles/row_queue.h"
+#include "sim/particles/sphere_contact.h"
+
+namespace weft::sim {
+
+// Corrects the displacements of a step until gap + n . (displacement of both sides) >= rest gap
+// holds for all contacts, by over-relaxed projected Gauss-Seidel sweeps over contacts whose spheres
+// have changed.
+// A correction moves both sides by amounts inverse to their masses. The sides of a contact are
+// convex, so this keeps them apart wherever the sweeps have converged. The order of the contacts is
+// the order of the sweeps, so the result does not depend on threads.
+//
+// start(), then any number of add(), fix() and correct().
+class DisplacementSolver {
+ public:
+  // `rest_gap` (m) and `inverse_mass` (1/kg) are by sphere and must outlive the solver.
+  DisplacementSolver(std::span<const double> rest_gap, std::span<const double> inverse_mass)
+      : rest_gap_(rest_gap), inverse_mass_(inverse_mass), spheres_(rest_gap.size()) {}
+
+  // Begins a step of `length` (s). `mean` (m/s) is the displacement of each sphere, divided by the
+  // length.
+  void start(std::span<const SphereContact> contacts, double length, std::span<const Vec3> mean);
+  // Adds contacts that were missed.
+  void add(std::span<const SphereContact> contacts);
+  // Lets a sphere stay where it is from now on. Returns false if it does already.
+  bool fix(int sphere);
+  // Sweeps until no gap lacks more than a share of the rest gap, or until a number of sweeps.
+  void correct();
+  // Returns the displacement divided by the length of the step (m/s).
+  const Vec3& mean(int sphere) const { return spheres_[sphere].mean; }
+
+ private:
+  struct Sphere {
+    Vec3 mean;
+    double mobility = 0;  // 1/kg, 0 if it stays where it is
+  };
+  struct Row {
+    Vec3 normal;
+    double least;  // m/s, least normal component of the relative mean velocity
+    double rest;   // m, rest gap
+    double multiplier = 0;
+    int sphere, other;
+  };
+
+  double rest_gap_of(const SphereContact& contact) const;
+  bool solve(Row& row);
+
+  std::span<const double> rest_gap_, inverse_mass_;
+  double length_ = 0;  // s
+  std::vector<Sphere> spheres_;
+  std::vector<Row> rows_;
+  RowQueue queue_;
+};
+
+}  // namespace weft::sim
