@@ -48,6 +48,12 @@ class StateArchive {
     static_assert(std::is_trivially_copyable_v<Value> && !std::is_pointer_v<Value>);
     transfer_bytes(&value, sizeof value);
   }
+  void transfer(bool& value) {
+    auto byte = static_cast<unsigned char>(value);
+    transfer_bytes(&byte, 1);
+    if (byte > 1) throw std::invalid_argument("a saved state with neither true nor false");
+    value = byte != 0;
+  }
   void transfer(Vec3& value) { transfer_bytes(value.data(), sizeof value); }
   template <class Value>
   void transfer(std::vector<Value>& values) {

@@ -183,7 +183,8 @@ bool is_small(hid_t properties, const std::string& shape) {
 // True if HDF5 1.10 can write a chunk: it reads beyond its index where the dataset has no entries,
 // or where chunks or their number are enormous. Such datasets stay empty.
 bool can_write_chunk(hid_t properties, const std::string& shape) {
-  constexpr double most_chunk_bytes = 1e9, most_rows = 1e12;
+  constexpr double most_chunk_bytes = 1e9;
+  constexpr hsize_t most_rows = 1'000'000'000'000;
   Sizes chunk(H5S_MAX_RANK, 1);
   chunk.resize(std::max(0, H5Pget_chunk(properties, H5S_MAX_RANK, chunk.data())));
   const Sizes sizes = sizes_of(shape);
