@@ -74,7 +74,7 @@ TEST(Frames, AreCheckedByEveryMethod) {
     SimulatedCase sim(sudden_stop, by);
     while (sim.integrator().time() < 0.002) ASSERT_EQ(sim.integrator().step(), std::nullopt);
     State y(sim.dynamics().state_size());
-    const auto looks = [&] { return sim.statistics().counters.ccd_calls; };
+    const auto looks = [&] { return sim.statistics().counters.body_pairs; };
     const auto before = looks();
     const double time = sim.integrator().time() - 0.5 * sim.integrator().last_step();
     ASSERT_EQ(sim.integrator().state_at(time, y), std::nullopt);

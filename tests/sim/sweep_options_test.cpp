@@ -107,7 +107,10 @@ TEST_F(SweepOptions, SetHasTheLastWordInAllRuns) {
 }
 
 TEST_F(SweepOptions, PrintsOneObjectInJson) {
+  // Runs look at their CPU time at most once per millisecond.
   write("sweep.toml", R"(case = "base.toml"
+[set]
+"time.duration" = 3
 [factors]
 "compute.cpu_limit" = { list = [1e-6, 100] }
 )");
