@@ -192,10 +192,18 @@ bool can_write_chunk(hid_t properties, const std::string& shape) {
          std::ranges::none_of(sizes, [](hsize_t size) { return size > most_rows; });
 }
 
+// True if HDF5 1.10 can make the dataset: it copies from nowhere where a compact one has no
+// entries, or where its entries lie in another file.
+bool can_create(hid_t properties, const std::string& shape) {
+  return H5Pget_layout(properties) != H5D_COMPACT ||
+         (product(sizes_of(shape)) > 0 && H5Pget_external_count(properties) <= 0);
+}
+
 // item.words: dataset PATH TYPE SHAPE [OPTION ...]
 void add_dataset(hid_t file, const Item& item) {
   const std::string &path = item.words[1], &shape = item.words[3];
   const Id properties = properties_of(item);
+  if (!can_create(properties, shape)) return;
   const Id links(H5Pcreate(H5P_LINK_CREATE));
   H5Pset_create_intermediate_group(links, 1);
   const Id space = space_of(shape, H5Pget_layout(properties) == H5D_CHUNKED);
