@@ -138,6 +138,7 @@ BodyMotion::Displacement BodyMotion::displacement(const RigidObstacle& obstacle,
 
 void BodyMotion::measure_placed(int b, bool with_mean) {
   Body& body = bodies_[b];
+  body.with_mean = with_mean;
   const RigidObstacle* obstacle = posed(b);
   if (!scene_.bodies[b].moves) {
     body.moved = placed_.has(b) ? 0 : infinity;
@@ -227,7 +228,7 @@ void BodyMotion::renew_placed(int b, double limit, double short_path) {
   }
   placed_.renew(b, placed_paths(b), limit, short_path);
   body.moved = placed_.displacement(b);
-  find_means(b);
+  if (body.with_mean) find_means(b);
 }
 
 void BodyMotion::renew_own(int body, double limit, double short_path) {

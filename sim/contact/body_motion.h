@@ -1,4 +1,4 @@
-// Where bodies are, and how far they have moved since candidate lists were made.
+// The positions of bodies, and their motion since candidate lists were made.
 #pragma once
 
 #include <algorithm>
@@ -106,6 +106,7 @@ class BodyMotion {
   struct Body {
     Displacement at_start, at_end;  // at both ends of the present path, since the record in placed_
     double moved = 0;  // m, upper bound of the displacement of any of its points since that record
+    bool with_mean = false;                       // true if mean displacements are needed
     Vec3 start_middle{0, 0, 0}, middle{0, 0, 0};  // m, means of its points at the ends of the path
     // The poses that replace the record of a rigid obstacle in placed_. There is no start_pose
     // without a path.

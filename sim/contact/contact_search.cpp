@@ -422,7 +422,7 @@ void ContactSearch::select_of_two_bodies() {
 
 namespace {
 
-// What decides whether a pair is a candidate.
+// The conditions under which a pair is a candidate.
 struct Selection {
   float limit = 0;  // m, distance within which a pair is one if its features have not moved
   FeatureMotion first, second;

@@ -164,7 +164,7 @@ class ContactSearch {
     double selected_stray = 0;  // m, the same for the candidates
     FeaturePairs pairs;         // the pairs that are near in the snapshot
   };
-  // What an update does with the records of one body.
+  // The records that an update makes anew for one body.
   struct Renewal {
     // Points that have moved farther (m) are recorded anew; infinite if none are.
     double placed_limit = std::numeric_limits<double>::infinity(), own_limit = placed_limit;

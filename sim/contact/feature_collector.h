@@ -17,14 +17,14 @@ struct PathEnds {
 
 // The distances (m) up to which pairs of features are listed.
 struct ListReach {
-  // Of vertices of body_a and of body_b with triangles, and of two edges.
+  // These hold for vertices of body_a and of body_b with triangles, and for two edges.
   double first_vertices = 0, second_vertices = 0, edges = 0;
   double neighbours = 0;  // of neighbours at rest, no more than the others
   // Neighbourhoods at rest, for pairs of one body; null if they are rings.
   const bsi::Neighbourhoods* neighbourhoods = nullptr;
 };
 
-// What is looked for.
+// The pairs that are looked for, and where.
 struct FeatureQuery {
   PathEnds path;
   std::span<const bsi::LeafPair> quad_pairs;

@@ -82,8 +82,6 @@ void Snapshot::renew(int body, const BodyPaths& now, double limit, double short_
   measure(body, now);
 }
 
-void Snapshot::record(int body, const BodyPaths& now) { record_all(body, now, now.is_path()); }
-
 void Snapshot::record_all(int body, const BodyPaths& now, bool with_paths) {
   renew_by_place(body, with_paths);
   const int first = scene_.bodies[body].first_point;

@@ -57,8 +57,6 @@ class Snapshot {
   // path is longer than `short_path` (m), all points of the body are recorded with their paths.
   // Other points are recorded at the ends of their paths. Precondition: measure(body, now).
   void renew(int body, const BodyPaths& now, double limit, double short_path);
-  // Records and marks all points of a body.
-  void record(int body, const BodyPaths& now);
   // Marks all points of a body, whose positions place() gives where they are needed. The body
   // counts as not recorded.
   void renew_by_place(int body, bool has_paths);

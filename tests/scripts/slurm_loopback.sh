@@ -54,8 +54,8 @@ wait_for_slurm() {
   return 1
 }
 
-# end_processes_of FOLDER: kills the processes that have the folder in their arguments. All are stopped first: otherwise a
-# process could see the end of its child and record it before it is killed itself.
+# end_processes_of FOLDER: kills the processes that have the folder in their arguments. All are stopped first:
+# otherwise a process could see the end of its child and record it before it is killed itself.
 end_processes_of() {
   local signal each
   for signal in STOP KILL; do
