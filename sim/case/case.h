@@ -100,11 +100,13 @@ struct ContactPairCase {
 
 struct ContactCase {
   bool enabled = true;
-  double range = 2e-3;                 // d-hat (m): gap below which the barrier acts
-  double stiffness = 1e6;              // kappa (N/m^3): barrier stiffness per area
-  double damping_time = 1e-3;          // beta (s): contact damping divided by contact stiffness
-  Varying<double> friction = 0.0;      // Coulomb coefficient of pairs that `pair` does not name
-  double friction_speed = 1e-2;        // m/s; sliding speed from which friction has its full force
+  double range = 2e-3;             // d-hat (m): gap below which the barrier acts
+  double stiffness = 1e6;          // kappa (N/m^3): barrier stiffness per area
+  double damping_time = 1e-3;      // beta (s): contact damping divided by contact stiffness
+  Varying<double> friction = 0.0;  // Coulomb coefficient of pairs that `pair` does not name
+  double friction_speed = 1e-2;    // m/s; sliding speed from which friction has its full force
+  // m; displacement from which anchored contacts slide; empty: contacts that stick creep
+  std::optional<double> sticking_distance;
   std::optional<double> search_slack;  // m; default: a sixth of the mean edge
   bsi::Bound bound = bsi::Bound::box;  // bounding volumes above the leaves of the search hierarchy
   std::vector<ContactPairCase> pair;   // [[contact.pair]]

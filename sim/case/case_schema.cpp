@@ -101,8 +101,8 @@ Table describe(WorldCase& target) {
 }
 
 Table describe(ContactCase& target) {
-  auto& [enabled, range, stiffness, damping_time, friction, friction_speed, search_slack, bound,
-         pair] = target;
+  auto& [enabled, range, stiffness, damping_time, friction, friction_speed, sticking_distance,
+         search_slack, bound, pair] = target;
   return {{
       field("enabled", &enabled,
             "Enables contact of bodies with each other, themselves and obstacles."),
@@ -115,6 +115,10 @@ Table describe(ContactCase& target) {
             "Coulomb coefficient of all pairs without one of their own."),
       field("friction_speed", &friction_speed, "m/s", positive,
             "Sliding speed from which friction has its full force."),
+      field("sticking_distance", &sticking_distance, "m", positive,
+            "Contacts that stick are anchored: springs hold them, which give way by at most this "
+            "distance before the contact slides.")
+          .with_default("contacts that stick creep"),
       field("search_slack", &search_slack, "m", positive,
             "Distance that the contact search adds to the range, so that its result serves many "
             "steps.")

@@ -272,8 +272,11 @@ void Contact::add_pair_products(const Block& block, std::span<const Vec3> in,
   });
 }
 
-void Contact::add_sliding_products(double factor, std::span<const Vec3> in,
+// For each pair with friction, adds lever_i^T factor(sliding) slope (sum_j lever_j in_j) to out_i.
+template <class Factor>
+void Contact::add_sliding_products(const Factor& factor, std::span<const Vec3> in,
                                    std::span<Vec3> out) const {
+  if (!surface_.has_sliding()) return;
   const int count = scene_.dynamic_points;
   with_map([&](const auto& map) {
     for (const ContactPair& pair : surface_.pairs()) {
@@ -283,7 +286,7 @@ void Contact::add_sliding_products(double factor, std::span<const Vec3> in,
       for (int i = 0; i < 4; ++i) {
         if (pair.nodes[i] < count) sum += sliding.lever[i] * map.apply(pair.nodes[i], in);
       }
-      const Vec3 product = factor * (sliding.slope * sum);
+      const Vec3 product = factor(sliding) * (sliding.slope * sum);
       for (int i = 0; i < 4; ++i) {
         if (pair.nodes[i] < count)
           map.add_transpose(pair.nodes[i], 1, sliding.lever[i].transpose() * product, out);
@@ -294,12 +297,14 @@ void Contact::add_sliding_products(double factor, std::span<const Vec3> in,
 
 void Contact::add_product(double gamma, std::span<const Vec3> in, std::span<Vec3> out) const {
   add_pair_products([&](const ContactPair& pair) { return normal_block(pair, gamma); }, in, out);
-  if (surface_.has_sliding()) add_sliding_products(gamma, in, out);
+  add_sliding_products([&](const Sliding& of) { return sliding_factor(of, gamma); }, in, out);
 }
 
 void Contact::subtract_stiffness(double factor, std::span<const Vec3> in,
                                  std::span<Vec3> out) const {
   add_pair_products([&](const ContactPair& pair) { return -factor * pair.stiffness; }, in, out);
+  if (surface_.has_anchors())
+    add_sliding_products([&](const Sliding& of) { return -factor * of.hold_rate; }, in, out);
 }
 
 Contact::Stencil Contact::stencil(const ContactPair& pair, StencilRoom& room) const {
@@ -337,17 +342,18 @@ void Contact::add_diagonal(double gamma, std::span<Mat3> diagonal) const {
       Mat3& block = diagonal[of.particles[i]];
       block += of.weights[i] * of.weights[i] * along;
       if (pair.sliding < 0) continue;
+      const Sliding& sliding = surface_.sliding(pair.sliding);
       block +=
-          gamma * of.levers[i].transpose() * surface_.sliding(pair.sliding).slope * of.levers[i];
+          sliding_factor(sliding, gamma) * of.levers[i].transpose() * sliding.slope * of.levers[i];
     }
   }
 }
 
 Mat3 Contact::definite_block(const ContactPair& pair, double gamma) const {
   Mat3 block = std::max(normal_block(pair, gamma), 0.0) * pair.normal * pair.normal.transpose();
-  if (pair.sliding >= 0 && pair.coefficient > 0)
-    block += gamma * surface_.sliding(pair.sliding).slope;
-  return block;
+  if (pair.sliding < 0 || pair.coefficient < 0) return block;
+  const Sliding& sliding = surface_.sliding(pair.sliding);
+  return block + sliding_factor(sliding, gamma) * sliding.slope;
 }
 
 std::optional<double> Contact::smallest_gap() const {

@@ -104,6 +104,9 @@ class Contact {
   // Makes the matrices of later evaluations positive semi-definite, for long fixed steps. Negative
   // stiffness and damping of pairs, and the friction slope of subtracted terms, are set to zero.
   void keep_matrix_definite() { surface_.keep_matrix_definite(); }
+  // Call the functions of SurfaceContact with these names.
+  void use_anchors(const AnchorHistory& anchors) { surface_.use_anchors(anchors); }
+  void advance_anchors(Anchors& anchors) const { surface_.advance_anchors(anchors); }
   // The part of one pair in gamma^2 K + gamma D, for preconditioners. Its block for two dynamic
   // particles i and j is weight_i weight_j `block`. `block` is positive semi-definite. For
   // friction, the weights replace the levers.
@@ -225,12 +228,18 @@ class Contact {
   void add_forces_to(std::span<Vec3> normal, std::span<Vec3> friction) const;
   template <class Block>
   void add_pair_products(const Block& block, std::span<const Vec3> in, std::span<Vec3> out) const;
-  void add_sliding_products(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
+  template <class Factor>
+  void add_sliding_products(const Factor& factor, std::span<const Vec3> in,
+                            std::span<Vec3> out) const;
   Stencil stencil(const ContactPair& pair, StencilRoom& room) const;
   Stencil joined_stencil(const ContactPair& pair, StencilRoom& room) const;
   bool is_dynamic(int particle) const { return particle < scene_.dynamic_particles; }
   static double normal_block(const ContactPair& pair, double gamma) {
     return gamma * (gamma * pair.stiffness + pair.damping);
+  }
+  // Returns the factor (s) of Sliding::slope in gamma^2 K + gamma D.
+  static double sliding_factor(const Sliding& sliding, double gamma) {
+    return gamma * (1 + gamma * sliding.hold_rate);
   }
   Mat3 definite_block(const ContactPair& pair, double gamma) const;
 
@@ -258,7 +267,8 @@ void Contact::visit_blocks(double gamma, const Visit& visit) const {
         if (!is_dynamic(row) || !is_dynamic(column)) continue;
         Mat3 block = of.weights[i] * of.weights[j] * along;
         if (pair.sliding >= 0) {
-          block += gamma * of.levers[i].transpose() * surface_.sliding(pair.sliding).slope *
+          const Sliding& sliding = surface_.sliding(pair.sliding);
+          block += sliding_factor(sliding, gamma) * of.levers[i].transpose() * sliding.slope *
                    of.levers[j];
         }
         visit(row, column, block);

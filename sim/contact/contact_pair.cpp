@@ -95,7 +95,7 @@ std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
                                    double barrier_push, const bsi::Closest& closest,
                                    const bsi::FourPoints& points, std::span<const Vec3> velocity,
                                    const std::optional<Vec3>& obstacle_spin,
-                                   const ContactPair& pair) {
+                                   const Vec3* from_anchor, const ContactPair& pair) {
   const double limit = law.friction * barrier_push;
   if (limit == 0) return std::nullopt;
   Sliding sliding;
@@ -110,6 +110,10 @@ std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
     sliding.lever = *lever;
   }
   for (int i = 0; i < 4; ++i) u += sliding.lever[i] * velocity[pair.nodes[i]];
+  if (from_anchor != nullptr) {
+    u += law.hold_rate * (*from_anchor - pair.normal.dot(*from_anchor) * pair.normal);
+    sliding.hold_rate = law.hold_rate;
+  }
   const double speed = u.norm();
   const materials::FrictionFactor factor = materials::friction_factor(speed, law.friction_speed);
   sliding.force = -limit * factor.over_speed * u;

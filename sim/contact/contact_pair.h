@@ -20,6 +20,8 @@ struct ContactLaw {
   double damping_time = 0;    // s
   double friction = 0;        // Coulomb coefficient
   double friction_speed = 0;  // m/s
+  // Friction speed by sticking distance of anchored contacts, 1/s.
+  double hold_rate = 0;
 };
 
 // Friction of a pair. It acts on the tangential sliding velocity u with the forces lever_i^T f,
@@ -29,10 +31,15 @@ struct ContactLaw {
 // extended. It rotates with its triangle or, for two edges, with the plane that both edges span. u
 // is then zero in every rigid motion of all four points, so that the friction forces have neither a
 // resultant nor a torque.
+//
+// For an anchored contact, ContactLaw::hold_rate times the displacement from the anchor is added to
+// u. The displacement depends on the positions as u does on the velocities, so that `slope` times
+// `hold_rate` is the stiffness of the contact along the surface.
 struct Sliding {
   std::array<Mat3, 4> lever;
   Vec3 force{0, 0, 0};        // force on the first feature, N
   Mat3 slope = Mat3::Zero();  // -d force / d u, N s/m; its sign is that of the coefficient
+  double hold_rate = 0;       // 1/s; 0 without an anchor
 };
 
 struct ContactPair {
@@ -47,6 +54,7 @@ struct ContactPair {
   double push = 0;         // force of barrier and damping along the normal, N
   double stiffness = 0, damping = 0;  // slopes of the push: -d/dgap (N/m), -d/drate (N s/m)
   int sliding = -1;                   // argument of SurfaceContact::sliding(); -1: no friction
+  int surface = -1;  // body of the second feature if the first one is a sample, else -1
 };
 
 // Sets the weights, normal, gap, energy, push and derivatives of the push in `pair` from its
@@ -64,10 +72,11 @@ Vec3 rigid_spin(const std::array<Vec3, 3>& position, const std::array<Vec3, 3>& 
 // if two dynamic features do not span a surface. `obstacle_spin` is the angular velocity (rad/s) of
 // the feature that belongs to an obstacle, if any. `barrier_push` is the result of apply_push(). It
 // excludes damping, which jumps at an impact and would make Newton's iteration fail more often.
+// `from_anchor` (m) is the vector from the anchor to the first feature, or null without an anchor.
 std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
                                    double barrier_push, const bsi::Closest& closest,
                                    const bsi::FourPoints& points, std::span<const Vec3> velocity,
                                    const std::optional<Vec3>& obstacle_spin,
-                                   const ContactPair& pair);
+                                   const Vec3* from_anchor, const ContactPair& pair);
 
 }  // namespace weft::sim

@@ -95,6 +95,7 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
       stiffness_(scene.source.contact.stiffness),
       damping_time_(scene.source.contact.damping_time),
       friction_speed_(scene.source.contact.friction_speed),
+      hold_rate_(friction_speed_ / scene.source.contact.sticking_distance.value_or(1)),
       friction_(scene),
       spins_(scene.bodies.size(), Vec3::Zero()),
       touched_(scene.bodies.size(), 0) {
@@ -103,6 +104,7 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
     const SceneBody& body = scene.bodies[b];
     const std::vector<Vec3>& rest = body.surface_rest();
     rest_.insert(rest_.end(), rest.begin(), rest.end());
+    case_index_.push_back(scene.case_index(static_cast<int>(b)));
     surfaces_.emplace_back(body.surface_mesh(), body.point_count(),
                            search_.neighbourhoods(static_cast<int>(b)));
   }
@@ -227,9 +229,10 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
   if (const auto bad = search_.update(now))
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   PhaseTimer timer(statistics_.phases.narrow_phase);
-  const std::span<const Vec3> position = now.position();
+  const std::span<const Vec3> position = measured_at_ = now.position();
   if (friction_.any()) find_spins(now, velocity);
   begin_placing();
+  if (has_anchors()) place_anchors(now);
   for (const PairGroup& group : groups_within(range_, short_range * range_)) {
     place_nodes(group, now, now);
     note_touch(group, position);
@@ -352,14 +355,25 @@ void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
                                 scratch.triangles,
                                 position.subspan(body.first_point, body.point_count()),
                                 group.thickness + range_, scratch.terms);
-  const ContactLaw law{range_,
-                       (body.dynamic ? 0.5 : 1.0) * stiffness_ * scene_.contact_area[vertex],
-                       damping_time_, group.friction, friction_speed_};
+  const ContactLaw law{
+      range_,          (body.dynamic ? 0.5 : 1.0) * stiffness_ * scene_.contact_area[vertex],
+      damping_time_,   group.friction,
+      friction_speed_, hold_rate_};
+  const Anchor* const anchor =
+      has_anchors() ? find_anchor(anchors_->selected(),
+                                  anchor_key(vertex, group.body_of_samples(), group.surface))
+                    : nullptr;
+  const Vec3 offset = anchor == nullptr ? Vec3::Zero() : from_anchor(*anchor, position);
   for (const bsi::SurfaceTerm& term : scratch.terms) {
     Pair features{{vertex, 0, 0, 0}, false, group.thickness};
     for (int k = 0; k < 3; ++k)
       features.nodes[k + 1] = body.surface_mesh().triangles[term.triangle][k] + body.first_point;
-    add_pair(law, features, term.closest, 1, term.coefficient, position, velocity, found);
+    add_pair(law, features,
+             {.closest = term.closest,
+              .coefficient = static_cast<double>(term.coefficient),
+              .surface = group.surface,
+              .from_anchor = anchor == nullptr ? nullptr : &offset},
+             position, velocity, found);
   }
 }
 
@@ -374,13 +388,13 @@ void SurfaceContact::measure_pair(const Pair& pair, double friction, std::span<c
       stiffness_ / (short_range * short_range) * pair_area(pair.nodes, pair.edges ? 2 : 1),
       damping_time_, friction, friction_speed_};
   const double mollifier = pair.edges ? mollify(pair, closest, position, law, found) : 1.0;
-  add_pair(law, pair, closest, mollifier, 1, position, velocity, found);
+  add_pair(law, pair, {.closest = closest, .mollifier = mollifier}, position, velocity, found);
 }
 
-void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features,
-                              const bsi::Closest& closest, double mollifier, double coefficient,
+void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features, const Term& term,
                               std::span<const Vec3> position, std::span<const Vec3> velocity,
                               Found& found) const {
+  const bsi::Closest& closest = term.closest;
   const double gap = std::sqrt(closest.squared_distance) - features.thickness;
   if (!(gap > 0)) {
     found.fault = ContactFault{ContactFault::Kind::touching, features.nodes, gap};
@@ -388,9 +402,10 @@ void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features,
   }
   ContactPair pair;
   pair.nodes = features.nodes;
-  pair.coefficient = coefficient;
+  pair.coefficient = term.coefficient;
+  pair.surface = term.surface;
   const double barrier_push =
-      apply_push(law, features.thickness, mollifier, closest, velocity, pair);
+      apply_push(law, features.thickness, term.mollifier, closest, velocity, pair);
   if (definite_) {
     pair.stiffness = std::max(pair.stiffness, 0.0);
     pair.damping = std::max(pair.damping, 0.0);
@@ -401,10 +416,10 @@ void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features,
     const auto kind =
         features.edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
     auto sliding = friction_of(law, kind, barrier_push, closest, points, velocity,
-                               obstacle_spin(pair.nodes), pair);
+                               obstacle_spin(pair.nodes), term.from_anchor, pair);
     if (sliding) {
       if (definite_ && scene_.source.time.newton > 0) use_secant(pair.normal, *sliding);
-      if (definite_ && coefficient < 0) sliding->slope.setZero();
+      if (definite_ && term.coefficient < 0) sliding->slope.setZero();
       pair.sliding = static_cast<int>(found.sliding.size());
       found.sliding.push_back(*sliding);
     }

@@ -12,6 +12,7 @@
 #include "bsi/detail/surface_terms.h"
 #include "bsi/proximity.h"
 #include "sim/base/statistics.h"
+#include "sim/contact/anchors.h"
 #include "sim/contact/contact_pair.h"
 #include "sim/contact/contact_search.h"
 #include "sim/contact/pair_friction.h"
@@ -109,6 +110,15 @@ class SurfaceContact {
   // Makes the matrices of later evaluations positive semi-definite, for long fixed steps. Negative
   // stiffness and damping of pairs, and the friction slope of subtracted terms, are set to zero.
   void keep_matrix_definite() { definite_ = true; }
+  // Holds samples, in later evaluations, to the anchors that the history selects, and lets go of
+  // them by contact.sticking_distance. Without this call, contacts that stick creep.
+  void use_anchors(const AnchorHistory& anchors) { anchors_ = &anchors; }
+  bool has_anchors() const { return anchors_ != nullptr; }
+  // Replaces the anchors by those at the end of a step: samples in contact keep theirs, drag it
+  // along or get a new one (advanced_anchor()); others lose theirs. Samples of sleeping bodies keep
+  // theirs. Precondition: the last evaluate() was at the end of the step, and its positions still
+  // exist.
+  void advance_anchors(Anchors& anchors) const;
   const RigidObstacles& obstacles() const { return search_.obstacles(); }
   // Returns the processor that runs the contact search.
   const ComputeChoice& compute() const { return search_.compute(); }
@@ -176,6 +186,7 @@ class SurfaceContact {
     int body_a = 0, body_b = 0;
     int surface = 0;  // for samples: body of the triangles
     bool is_self() const { return body_a == body_b; }
+    int body_of_samples() const { return surface == body_b ? body_a : body_b; }
     bsi::FeatureKind kind() const {
       return edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
     }
@@ -198,6 +209,9 @@ class SurfaceContact {
   void begin_placing();
   void place_nodes(const PairGroup& group, const PlacedPoints& start, const PlacedPoints& end);
   std::optional<Vec3> obstacle_spin(const std::array<int, 4>& nodes) const;
+  AnchorKey anchor_key(int point, int body, int surface) const;
+  Vec3 from_anchor(const Anchor& anchor, std::span<const Vec3> position) const;
+  void place_anchors(const PlacedPoints& now);
   std::vector<PairGroup> groups_within(double sample_reach, double reach) const;
   void append_neighbours(std::vector<PairGroup>& groups) const;
   void note_touch(const PairGroup& group, std::span<const Vec3> position);
@@ -214,9 +228,15 @@ class SurfaceContact {
                       std::span<const Vec3> velocity, SampleScratch& scratch, Found& found) const;
   void measure_pair(const Pair& pair, double friction, std::span<const Vec3> position,
                     std::span<const Vec3> velocity, Found& found) const;
-  void add_pair(const ContactLaw& law, const Pair& features, const bsi::Closest& closest,
-                double mollifier, double coefficient, std::span<const Vec3> position,
-                std::span<const Vec3> velocity, Found& found) const;
+  // A term of the contact of two features, and what its forces depend on.
+  struct Term {
+    const bsi::Closest& closest;
+    double mollifier = 1, coefficient = 1;
+    int surface = -1;                   // ContactPair::surface
+    const Vec3* from_anchor = nullptr;  // m, from the sample's anchor to the sample
+  };
+  void add_pair(const ContactLaw& law, const Pair& features, const Term& term,
+                std::span<const Vec3> position, std::span<const Vec3> velocity, Found& found) const;
   double mollify(const Pair& pair, const bsi::Closest& closest, std::span<const Vec3> position,
                  const ContactLaw& law, Found& found) const;
   void join(Found& part);
@@ -243,9 +263,13 @@ class SurfaceContact {
   Statistics& statistics_;
   ContactSearch search_;
   double range_, stiffness_, damping_time_, friction_speed_;
+  double hold_rate_ = 0;                    // ContactLaw::hold_rate
+  const AnchorHistory* anchors_ = nullptr;  // null: contacts are not anchored
+  std::span<const Vec3> measured_at_;       // positions of the last evaluate(), m
   PairFriction friction_;
   bool definite_ = false;
   std::vector<Vec3> rest_;                   // rest positions of all points, m
+  std::vector<int> case_index_;              // by body, its number in the case
   std::vector<bsi::SurfaceTerms> surfaces_;  // by body
   std::vector<double> body_reach_;           // m, by body: strays of a path and of curved surfaces
   std::vector<OpenPair> open_;

@@ -23,55 +23,17 @@ CreaseHistory::CreaseHistory(const Scene& scene) : first_{0} {
     const SceneBody& body = scene.bodies[scene.case_order[i]];
     first_.push_back(first_.back() + (body.material->yields() ? body.mesh.triangles.size() : 0));
   }
-  at_begin_.resize(first_.back());
-  at_end_ = at_begin_;
-}
-
-void CreaseHistory::choose(double time) {
-  const bool is_earlier = time < end_;
-  if (is_earlier == is_earlier_) return;
-  is_earlier_ = is_earlier;
-  ++version_;
+  static_cast<StepHistory&>(*this) = StepHistory(Creases(first_.back()));
 }
 
 std::span<const materials::Crease> CreaseHistory::of_body(int case_body) const {
   return std::span(selected()).subspan(first_[case_body], count_of(case_body));
 }
 
-const CreaseHistory::Creases& CreaseHistory::selected() const {
-  if (fixed_ != nullptr) return *fixed_;
-  return is_earlier_ ? at_begin_ : at_end_;
-}
-
-void CreaseHistory::begin_accept(double time) {
-  at_begin_ = at_end_;
-  begin_ = end_;
-  end_ = time;
-}
-
-bool CreaseHistory::take_back(double time) {
-  if (time < end_) {
-    at_end_ = at_begin_;
-    end_ = begin_;
-    is_earlier_ = false;
-    ++version_;
-  }
-  return time > end_;
-}
-
-void CreaseHistory::fix(const Creases* creases) {
-  fixed_ = creases;
-  ++version_;
-}
-
 void CreaseHistory::transfer(StateArchive& archive) {
-  for (Creases* creases : {&at_begin_, &at_end_}) {
-    for (materials::Crease& crease : *creases) archive(crease.angles, crease.curvature);
-  }
-  archive(begin_, end_);
-  if (!archive.reads()) return;
-  is_earlier_ = false;
-  ++version_;
+  StepHistory::transfer(archive, [&](Creases& creases) {
+    for (materials::Crease& crease : creases) archive(crease.angles, crease.curvature);
+  });
 }
 
 }  // namespace weft::sim

@@ -33,7 +33,7 @@ void AcceptedStep::accept(double time) {
   start_positions_.swap(positions_);
   positions_.swap(trial_positions_);
   has_start_ = true;
-  dynamics_.accept_creases(time_, state_);
+  dynamics_.accept_history(time_, state_);
 }
 
 void AcceptedStep::restart(double time, std::span<const double> y) {
@@ -43,7 +43,7 @@ void AcceptedStep::restart(double time, std::span<const double> y) {
   place_pins();
   place_trial(time, state_);
   positions_.swap(trial_positions_);
-  dynamics_.restart_creases(time_, state_);
+  dynamics_.restart_history(time_, state_);
 }
 
 void AcceptedStep::interpolate(double time, std::span<double> y) const {

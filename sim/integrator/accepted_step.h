@@ -58,7 +58,7 @@ class AcceptedStep {
 
   void transfer(StateArchive& archive) {
     archive(time_, start_time_, state_, other_state_, has_start_, positions_, start_positions_);
-    dynamics_.transfer_creases(archive);
+    dynamics_.transfer_history(archive);
   }
 
  private:

@@ -79,7 +79,11 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
   if (creases_) {
     // A start shape that is bent beyond the yield curvature has its creases from the beginning.
     set_time(0);
-    accept_creases(0, initial_state());
+    accept_history(0, initial_state());
+  }
+  if (contact_ && scene.source.contact.sticking_distance && scene.source.contact.has_friction()) {
+    anchors_ = std::make_shared<AnchorHistory>();
+    contact_->use_anchors(*anchors_);
   }
 }
 
@@ -95,18 +99,35 @@ void Dynamics::add_mass_damping() {
   }
 }
 
-void Dynamics::share_creases(const Dynamics& other) {
-  if (!other.creases_) return;
-  creases_ = other.creases_;
-  for (const auto& force : forces_) force->use_creases(*creases_);
+void Dynamics::share_history(const Dynamics& other) {
+  if (other.creases_) {
+    creases_ = other.creases_;
+    for (const auto& force : forces_) force->use_creases(*creases_);
+  }
+  if (other.anchors_ && contact_) {
+    anchors_ = other.anchors_;
+    contact_->use_anchors(*anchors_);
+  }
 }
 
-void Dynamics::accept_creases(double time, std::span<const double> y) {
-  if (!creases_) return;
-  const Kinematics state = kinematics(time, y);
-  creases_->begin_accept(time);
-  for (const auto& force : forces_) force->advance_creases(state, *creases_, threads_);
-  creases_->end_accept();
+void Dynamics::accept_history(double time, std::span<const double> y) {
+  if (creases_) {
+    const Kinematics state = kinematics(time, y);
+    creases_->begin_accept(time);
+    for (const auto& force : forces_) force->advance_creases(state, *creases_, threads_);
+    creases_->end_accept();
+  }
+  if (anchors_) accept_anchors(time, y);
+}
+
+// Contact is evaluated with the anchors so far. A state that contact refuses keeps them.
+void Dynamics::accept_anchors(double time, std::span<const double> y) {
+  set_time(time);
+  expand(time, y, position_, velocity_);
+  const bool is_refused = evaluate_contact(time).has_value();
+  anchors_->begin_accept(time);
+  if (!is_refused) contact_->advance_anchors(anchors_->at_end());
+  anchors_->end_accept();
 }
 
 CreaseHistory::Creases Dynamics::creases_of(double time, std::span<const double> y, int body) {
@@ -118,8 +139,22 @@ CreaseHistory::Creases Dynamics::creases_of(double time, std::span<const double>
   return {creases.begin(), creases.end()};
 }
 
-void Dynamics::restart_creases(double time, std::span<const double> y) {
-  if (creases_ && creases_->take_back(time)) accept_creases(time, y);
+void Dynamics::restart_history(double time, std::span<const double> y) {
+  const bool creases = creases_ && creases_->take_back(time);
+  const bool anchors = anchors_ && anchors_->take_back(time);
+  if (creases || anchors) accept_history(time, y);
+}
+
+void Dynamics::transfer_history(StateArchive& archive) {
+  if (creases_) creases_->transfer(archive);
+  if (!anchors_) return;
+  anchors_->transfer(archive, [&](Anchors& anchors) { transfer(archive, anchors, scene_); });
+}
+
+// Selects the history from which forces at `time` (s) follow.
+void Dynamics::choose_history(double time) {
+  if (creases_) creases_->choose(time);
+  if (anchors_) anchors_->choose(time);
 }
 
 std::optional<ContactFault> Dynamics::check_limits(double time, std::span<const double> y) {
@@ -133,7 +168,7 @@ std::optional<ContactFault> Dynamics::check_limits(double time, std::span<const 
 }
 
 void Dynamics::set_time(double time) {
-  if (creases_) creases_->choose(time);
+  choose_history(time);
   if (!varies_) return;
   const Instant now = instant(time);
   gravity_ = gravity_curve_.at(now);
@@ -514,7 +549,7 @@ void Dynamics::add_mass_damping(const Derivatives& into) {
 
 void Dynamics::note_place(double time, std::span<const double> y, Definiteness definiteness,
                           double gamma) {
-  if (creases_) creases_->choose(time);
+  choose_history(time);
   linearisation_.time = time;
   linearisation_.step_start = step_start_;
   linearisation_.state.assign(y.begin(), y.end());
@@ -523,6 +558,7 @@ void Dynamics::note_place(double time, std::span<const double> y, Definiteness d
   linearisation_.load = load_;
   linearisation_.hardness = hardness_;
   if (creases_) linearisation_.creases = creases_->selected();
+  if (anchors_) linearisation_.anchors = anchors_->selected();
 }
 
 void Dynamics::assemble_again(const Linearisation& place) {
@@ -531,6 +567,7 @@ void Dynamics::assemble_again(const Linearisation& place) {
   hardness_ = kept.hardness;
   step_start_ = kept.step_start;
   if (creases_) creases_->fix(&kept.creases);
+  if (anchors_) anchors_->fix(&kept.anchors);
   std::vector<double> unused(kept.state.size());
   static_cast<void>(rate(kept.time, kept.state, unused));  // evaluates contact's matrices
   if (kept.gamma == 0) {
@@ -540,6 +577,7 @@ void Dynamics::assemble_again(const Linearisation& place) {
     assemble_joined(kept.time, kept.state, kept.definiteness, kept.gamma, residual);
   }
   if (creases_) creases_->fix(nullptr);
+  if (anchors_) anchors_->fix(nullptr);
 }
 
 std::vector<std::string> Dynamics::force_names() const {

@@ -77,6 +77,7 @@ struct Linearisation {
   std::optional<double> load;
   double hardness = 1;
   CreaseHistory::Creases creases;
+  Anchors anchors;
 };
 
 // Evaluates forces and their derivatives at states that the caller holds. Keeps the results of the
@@ -214,19 +215,19 @@ class Dynamics {
 
   // True if bending may yield.
   bool has_creases() const { return creases_ != nullptr; }
-  // Uses the plastic state of `other`, whose scene is made from the same case.
-  void share_creases(const Dynamics& other);
-  // Advances the plastic state to an accepted state.
-  void accept_creases(double time, std::span<const double> y);
-  // Takes the plastic state to a state from which the run goes on: within the last step, at its
-  // end or later.
-  void restart_creases(double time, std::span<const double> y);
+  // The history of a run is what advances with accepted steps alone: creases, and the anchors of
+  // contacts. share_history() uses the history of `other`, whose scene is made from the same case.
+  void share_history(const Dynamics& other);
+  // Advances the history to an accepted state. With anchors, evaluates contact there.
+  void accept_history(double time, std::span<const double> y);
+  // Takes the history to a state from which the run goes on: within the last step, at its end or
+  // later.
+  void restart_history(double time, std::span<const double> y);
+  // Writes or reads the history.
+  void transfer_history(StateArchive& archive);
   // Returns the creases that follow from a state, by triangle of a body; empty if it does not
   // yield.
   CreaseHistory::Creases creases_of(double time, std::span<const double> y, int body);
-  void transfer_creases(StateArchive& archive) {
-    if (creases_) creases_->transfer(archive);
-  }
 
   // Writes positions and velocities of all particles at (time, y), prescribed ones included.
   // Entries of moving obstacles keep their values. Precondition: both lists are empty or come from
@@ -292,6 +293,8 @@ class Dynamics {
   // Sets gravity, friction, mass damping and varying forces to their values at `time`. Costs
   // nothing if none of them varies.
   void set_time(double time);
+  void choose_history(double time);
+  void accept_anchors(double time, std::span<const double> y);
   // Replaces forces (N) by accelerations (m/s^2), with weight and mass damping added. Accelerations
   // of held particles are zero. Returns true if all values are finite.
   bool divide_by_mass(double time, const Kinematics& state, std::span<Vec3> force);
@@ -329,6 +332,7 @@ class Dynamics {
   MassOperator mass_;
   std::vector<std::unique_ptr<Force>> forces_;
   std::shared_ptr<CreaseHistory> creases_;  // null: no bending yields
+  std::shared_ptr<AnchorHistory> anchors_;  // null: no contact is anchored
   bool has_limits_ = false;
   bool pins_move_ = false;
   std::vector<int> held_;  // dynamic particles that are pinned

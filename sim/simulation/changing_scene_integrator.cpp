@@ -34,7 +34,7 @@ bool changes_in_time(const Scene& scene) {
 
 ChangingSceneIntegrator::Stage::Stage(Scene now, Dynamics& whole)
     : scene(std::move(now)), dynamics(scene, whole.statistics()) {
-  dynamics.share_creases(whole);
+  dynamics.share_history(whole);
   for (const Tie& tie : scene.ties) {
     if (tie.source->break_force) breakable.emplace_back(scene, std::span(&tie, 1));
   }

@@ -88,7 +88,7 @@ class SleepingIntegrator final : public Integrator {
     Awake(const Scene& whole, std::span<const char> asleep, std::span<const Vec3> position,
           Dynamics& of_whole)
         : part(whole, asleep, position), dynamics(part.scene(), of_whole.statistics()) {
-      dynamics.share_creases(of_whole);
+      dynamics.share_history(of_whole);
     }
     AwakeScene part;
     Dynamics dynamics;

@@ -124,6 +124,7 @@ void PreconditionerSelection::transfer(StateArchive& archive) {
   archive(is_set_up_, set_up_assembly_, rebuilt_until_, set_up_gamma_, place.time, place.step_start,
           place.state, place.definiteness, place.gamma, place.load, place.hardness);
   transfer_creases(archive, place.creases);
+  sim::transfer(archive, place.anchors, dynamics_.scene());
   age_.transfer(archive);
   for_block_jacobi_.transfer(archive);
   frequency_.transfer(archive);

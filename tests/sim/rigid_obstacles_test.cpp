@@ -368,14 +368,23 @@ TEST(RigidObstacles, ListsOnADeviceAreThoseOfTheCpu) {
   }
 }
 
-// Forces and answers to paths are those of a contact that is given every vertex, to the bit.
+// Forces and answers to paths are those of a contact that is given every vertex, to the bit. Half
+// of the walks are anchored, also to triangles that are out of reach.
 TEST(RigidObstacles, ForcesAndPathsAreThoseOfVerticesThatAreGiven) {
-  const auto scene = scene_of(small_and_near, {"contact.friction=0.2"});
+  const auto scene =
+      scene_of(small_and_near, {"contact.friction=0.2", "contact.sticking_distance=0.05"});
   const RigidObstacles obstacles(*scene);
   int with_force = 0, refused = 0, accepted = 0;
+  std::size_t anchored = 0;
   for (unsigned seed = 0; seed < 40; ++seed) {
     Statistics statistics;
     Contact posed(*scene, statistics), given(*scene, statistics);
+    AnchorHistory of_posed, of_given;
+    const bool is_anchored = seed % 2 == 1;
+    if (is_anchored) {
+      posed.use_anchors(of_posed);
+      given.use_anchors(of_given);
+    }
     Walk walk(*scene, obstacles, seed, 0.02, 0.012 + 0.0005 * seed);
     for (int k = 0; k < 12; ++k) {
       Moment now = walk.now();
@@ -388,6 +397,11 @@ TEST(RigidObstacles, ForcesAndPathsAreThoseOfVerticesThatAreGiven) {
       ASSERT_TRUE(force == expected);
       ASSERT_EQ(posed.energy(), given.energy());
       with_force += posed.pairs_in_reach() > 0 ? 1 : 0;
+      if (is_anchored && !fault) {
+        anchored += of_posed.selected().size();
+        posed.advance_anchors(of_posed.at_end());
+        given.advance_anchors(of_given.at_end());
+      }
       std::vector<int> loaded;
       posed.find_loaded_obstacles(loaded);
       for (int i = scene->dynamic_particles; i < scene->particle_count; ++i) {
@@ -406,6 +420,7 @@ TEST(RigidObstacles, ForcesAndPathsAreThoseOfVerticesThatAreGiven) {
     }
   }
   EXPECT_GT(with_force, 50);
+  EXPECT_GT(anchored, 500U);
   EXPECT_GT(refused, 10);
   EXPECT_GT(accepted, 10);
 }
