@@ -1,12 +1,13 @@
 #include "sim/contact/feature_collector.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "bsi/detail/feature_batches.h"
+#include "sim/contact/path_box.h"
 #include "sim/contact/surface_features.h"
 
 namespace weft::sim {
@@ -104,18 +105,38 @@ class RenewedParts {
   std::vector<char> quads_a_, quads_b_;
 };
 
-// Converts pairs of quads to pairs of their features. Each thread uses a Gatherer of its own.
+// The features of a body, with the boxes around their paths.
+class BoxedFeatures : public SurfaceFeatures {
+ public:
+  BoxedFeatures(const SceneBody& body, const PathEnds& path)
+      : SurfaceFeatures(body),
+        boxes_(path_boxes(path.start.subspan(body.first_point, body.point_count()),
+                          path.end.subspan(body.first_point, body.point_count()))) {}
+
+  const PathBox& vertex_box(int v) const { return boxes_[v]; }
+  PathBox edge_box(int e) const {
+    const auto& [a, b] = mesh().edges[e].vertex;
+    return united(boxes_[a], boxes_[b]);
+  }
+  PathBox triangle_box(int t) const {
+    const auto& [a, b, c] = mesh().triangles[t];
+    return united(united(boxes_[a], boxes_[b]), boxes_[c]);
+  }
+  PathBox quad_box(int quad) const {
+    return united(triangle_box(2 * quad), boxes_[mesh().triangles[2 * quad + 1][1]]);
+  }
+
+ private:
+  std::vector<PathBox> boxes_;  // by point of the body
+};
+
+// Converts pairs of quads to pairs of their features, as far as boxes around these come within
+// reach. Each thread uses a Gatherer of its own.
 class Gatherer {
  public:
-  Gatherer(const Scene& scene, const CandidateList& list, const PathEnds& path,
-           const ListReach& reach, const RenewedParts& renewed)
-      : scene_(scene),
-        self_(list.is_self()),
-        path_(path),
-        reach_(reach),
-        renewed_(renewed),
-        a_(scene.bodies[list.body_a]),
-        b_(scene.bodies[list.body_b]) {}
+  Gatherer(const Scene& scene, const CandidateList& list, const BoxedFeatures& a,
+           const BoxedFeatures& b, const ListReach& reach, const RenewedParts& renewed)
+      : scene_(scene), self_(list.is_self()), reach_(reach), renewed_(renewed), a_(a), b_(b) {}
 
   const Batches& gather(std::span<const bsi::LeafPair> pairs) {
     for (Batch& batch : batches_) {
@@ -124,9 +145,10 @@ class Gatherer {
     }
     for (const bsi::LeafPair& pair : pairs) {
       if (!renewed_.has_quad_of(pair) || are_distant_neighbours(pair)) continue;
-      add_vertices(a_, pair.a, b_, pair.b, batches_[vertex_triangle]);
+      add_vertices(a_, pair.a, b_, pair.b, reach_.first_vertices, batches_[vertex_triangle]);
       if (!self_ || pair.a != pair.b) {
-        add_vertices(b_, pair.b, a_, pair.a, batches_[self_ ? vertex_triangle : triangle_vertex]);
+        add_vertices(b_, pair.b, a_, pair.a, reach_.second_vertices,
+                     batches_[self_ ? vertex_triangle : triangle_vertex]);
       }
       add_edges(pair);
     }
@@ -143,7 +165,8 @@ class Gatherer {
       return std::ranges::all_of(
           corners, [&](int v) { return reach_.neighbourhoods->contains_quad(v, quad); });
     };
-    return box_gap(one, other) > reach_.neighbours && belong(one, pair.b) && belong(other, pair.a);
+    return are_apart(a_.quad_box(pair.a), a_.quad_box(pair.b), reach_.neighbours) &&
+           belong(one, pair.b) && belong(other, pair.a);
   }
 
   std::array<int, 4> corners_of(int quad) const {
@@ -151,26 +174,19 @@ class Gatherer {
     return {first[0], first[1], first[2], a_.mesh().triangles[2 * quad + 1][1]};
   }
 
-  // Returns the distance (m) of the boxes around the paths of two quads' corners.
-  double box_gap(const std::array<int, 4>& one, const std::array<int, 4>& other) const {
-    const auto box = [&](const std::array<int, 4>& corners) {
-      Eigen::AlignedBox3d around;
-      for (const int corner : corners) {
-        around.extend(path_.start[a_.vertex(corner)]);
-        around.extend(path_.end[a_.vertex(corner)]);
-      }
-      return around;
-    };
-    return box(one).exteriorDistance(box(other));
+  // The factor covers rounding.
+  static bool are_apart(const PathBox& a, const PathBox& b, double reach) {
+    return squared_gap(a, b) > (1 + 1e-12) * reach * reach;
   }
 
-  void add_vertices(const SurfaceFeatures& vertices, int vertex_quad,
-                    const SurfaceFeatures& triangles, int triangle_quad, Batch& out) {
+  void add_vertices(const BoxedFeatures& vertices, int vertex_quad, const BoxedFeatures& triangles,
+                    int triangle_quad, double reach, Batch& out) {
     for (int v : vertices.mesh().vertices_of_quad(vertex_quad)) {
       const int x0 = vertices.vertex(v);
       for (int t : {2 * triangle_quad, 2 * triangle_quad + 1}) {
         const auto [x1, x2, x3] = triangles.triangle(t);
         if (x0 == x1 || x0 == x2 || x0 == x3) continue;
+        if (are_apart(vertices.vertex_box(v), triangles.triangle_box(t), reach)) continue;
         const bool near = reach_.neighbourhoods != nullptr && reach_.neighbourhoods->contains(v, t);
         add({x0, x1, x2, x3}, 1, v, t, near ? batches_[near_vertex_triangle] : out);
       }
@@ -178,12 +194,16 @@ class Gatherer {
   }
 
   void add_edges(const bsi::LeafPair& pair) {
+    const PathBox quad = b_.quad_box(pair.b);
     for (int e : a_.mesh().edges_of_quad(pair.a)) {
+      const PathBox box = a_.edge_box(e);
+      if (are_apart(box, quad, reach_.edges)) continue;
       const auto [x0, x1] = a_.edge(e);
       for (int f : b_.mesh().edges_of_quad(pair.b)) {
         if (self_ && pair.a == pair.b && f <= e) continue;
         const auto [x2, x3] = b_.edge(f);
         if (x0 == x2 || x0 == x3 || x1 == x2 || x1 == x3) continue;
+        if (are_apart(box, b_.edge_box(f), reach_.edges)) continue;
         const bool swap = self_ && f < e;
         const bool near =
             reach_.neighbourhoods != nullptr &&
@@ -205,10 +225,9 @@ class Gatherer {
 
   const Scene& scene_;
   bool self_;
-  const PathEnds& path_;
   const ListReach& reach_;
   const RenewedParts& renewed_;
-  SurfaceFeatures a_, b_;
+  const BoxedFeatures &a_, &b_;
   Batches batches_;
 };
 
@@ -286,10 +305,13 @@ void collect_features(const Scene& scene, const CandidateList& list, const Featu
       (static_cast<int>(quad_pairs.size()) + quad_pairs_per_chunk - 1) / quad_pairs_per_chunk;
   std::vector<Found> found(chunks + 1);
   found.back() = take_kept(parts, SurfaceFeatures(a), SurfaceFeatures(b), pairs);
+  const BoxedFeatures of_a(a, path);
+  const std::optional<BoxedFeatures> of_b =
+      list.is_self() ? std::nullopt : std::optional<BoxedFeatures>(std::in_place, b, path);
   const int threads = scene.threads;
 #pragma omp parallel num_threads(threads) if (threads > 1 && chunks > 1)
   {
-    Gatherer gatherer(scene, list, path, reach, parts);
+    Gatherer gatherer(scene, list, of_a, of_b ? *of_b : of_a, reach, parts);
     std::vector<bsi::PairInReach> in_reach;
 #pragma omp for schedule(dynamic)
     for (int c = 0; c < chunks; ++c) {

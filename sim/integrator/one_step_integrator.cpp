@@ -11,8 +11,9 @@ namespace weft::sim {
 namespace {
 
 // Largest number of successful steps of one length that a step of twice the length may require. A
-// failed step costs more than several successful ones.
-constexpr int longest_patience = 16;
+// failed iteration costs more than several successful ones. A failed step with a given number of
+// corrections costs no more than another one.
+constexpr int longest_patience = 16, longest_patience_by_number = 2;
 
 // After a veto, the bound of chosen steps grows by this factor per accepted step. The error test
 // alone would allow growth at once, while the surfaces are still close.
@@ -112,7 +113,8 @@ std::optional<Failure> OneStepIntegrator::step() {
     if (trouble != Trouble::error_too_large) size_ = (end - time()) / 2;
     if (is_veto(trouble)) longest_after_veto_ = size_;
     successes_ = 0;
-    patience_ = std::min(2 * patience_, longest_patience);
+    patience_ = std::min(2 * patience_, scene_.source.time.newton > 0 ? longest_patience_by_number
+                                                                      : longest_patience);
     if (size_ < shortest_step()) return final_failure(trouble);
     if (should_stop()) return stopped_;
   }

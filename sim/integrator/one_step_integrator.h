@@ -17,7 +17,8 @@ namespace weft::sim {
 // With `time.step`, steps end at its multiples (for `static`, at multiples of the time between
 // frames). The length of a trial that fails is halved. Successful steps double the length again, up
 // to `time.step`. The number of successes required for that is 1 at first. Each failed trial
-// doubles this number, up to 16. After as many successes of full length, it is 1 again.
+// doubles this number, up to 16, or to 2 with `time.newton`. After as many successes of full
+// length, it is 1 again.
 //
 // Without `time.step`, the method chooses the length of the next step. Moving pins or obstacles may
 // end any step earlier (motion_limits.h). On a grid, the step after it ends at the next multiple at

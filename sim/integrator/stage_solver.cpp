@@ -407,9 +407,11 @@ StageSolver::Outcome StageSolver::Implementation::correct(std::span<double> y) {
     parallel_chunks(count, dynamics.threads(), [&](int first, int last) {
       for (int i = first; i < last; ++i) right[i] = -right[i];
     });
-    const VelocitySystem::Outcome linear = system->solve(
-        gamma, right, weight,
-        {.error = linear_error_by_number * std::min(1.0, gamma / longest_gamma)}, solution);
+    const VelocitySystem::Outcome linear =
+        system->solve(gamma, right, weight,
+                      {.error = linear_error_by_number * std::min(1.0, gamma / longest_gamma),
+                       .from_guess = solves > 1},
+                      solution);
     linear_iterations += linear.iterations;
     if (!linear.converged) return Outcome::not_converged;
     parallel_chunks(count, dynamics.threads(), [&](int first, int last) {
@@ -419,6 +421,10 @@ StageSolver::Outcome StageSolver::Implementation::correct(std::span<double> y) {
     if (may_meet && solves < most_solves && !add_stops(solution, &added)) return Outcome::blocked;
     if (added == 0) break;
     std::copy(free_residual.begin(), free_residual.end(), right.begin());
+    // Stops act locally, so that the solution without them is a good guess.
+    parallel_chunks(count, dynamics.threads(), [&](int first, int last) {
+      for (int i = first; i < last; ++i) solution[i] -= y[i];
+    });
   }
   std::copy(solution.begin(), solution.end(), y.begin());
   return Outcome::solved;

@@ -53,10 +53,15 @@ ConjugateGradients::Outcome ConjugateGradients::solve(std::span<const Vec3> righ
                                                       const Goal& goal, std::span<Vec3> dv) {
   const Solve solve{right_side, weight, goal, dv};
   Outcome outcome;
-  std::copy(right_side.begin(), right_side.end(), residual_.begin());
-  // Clears all results of an earlier solve. They may not be finite, and advance() reads them even
+  if (goal.from_guess) {
+    form_residual(solve);
+  } else {
+    std::fill(dv.begin(), dv.end(), Vec3::Zero());
+    std::copy(right_side.begin(), right_side.end(), residual_.begin());
+  }
+  // Clears the results of an earlier solve. They may not be finite, and advance() reads them even
   // for alpha = 0.
-  for (const std::span<Vec3> start : {dv, std::span(direction_), std::span(product_)})
+  for (const std::span<Vec3> start : {std::span(direction_), std::span(product_)})
     std::fill(start.begin(), start.end(), Vec3::Zero());
   outcome.residual = start_residual_ = advance(0, solve);
   preconditioner_.start_solve(start_residual_);

@@ -42,6 +42,8 @@ class ConjugateGradients {
     // be larger.
     double error = 1;
     enum class Scale : std::uint8_t { mass, matrix } scale = Scale::mass;
+    // True if dv begins as a guess, false if it begins as zero.
+    bool from_guess = false;
   };
 
   // All arguments must outlive the object.
@@ -52,7 +54,8 @@ class ConjugateGradients {
   // without having converged. An empty function never stops a solve.
   void set_stop(std::function<bool()> stop) { stop_ = std::move(stop); }
 
-  // Solves A dv = `right_side`, starting from dv = 0. Both vectors are zero for pinned particles.
+  // Solves A dv = `right_side`, starting from dv = 0 or, with Goal::from_guess, from the given dv.
+  // Both vectors are zero for pinned particles.
   // All spans have one entry per particle. Precondition: PreconditionerSelection::prepare() has
   // been called for this A.
   Outcome solve(std::span<const Vec3> right_side, std::span<const Vec3> weight, const Goal& goal,

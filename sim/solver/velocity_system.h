@@ -34,7 +34,8 @@ class VelocitySystem {
   void set_up(double gamma);
 
   // Solves for the correction (dx, dv) of the right-hand side b = (b_x, b_v). All spans have 6 *
-  // particles doubles. Only the velocity half of the weights is used.
+  // particles doubles. Only the velocity half of the weights is used. With Goal::from_guess, dv
+  // begins as given, and dx does not count.
   Outcome solve(double gamma, std::span<const double> b, std::span<const double> weight,
                 const Goal& goal, std::span<double> correction);
 
