@@ -64,6 +64,9 @@ std::string ContactFault::describe(const Scene& scene) const {
     case Kind::touching:
       return "no gap is left between the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
              " (gap " + rounded_text(gap) + " m)";
+    case Kind::pressed:
+      return "the surfaces at " + name(nodes[0]) + " and " + name(nodes[3]) +
+             " are pressed together (gap " + rounded_text(gap) + " m)";
     case Kind::curved:
       return "the curved surfaces at " + name(nodes[0]) + " and " + name(nodes[3]) +
              " may pass through each other: between the points on which contact acts they may "

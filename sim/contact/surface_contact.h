@@ -20,9 +20,10 @@
 
 namespace weft::sim {
 
-// The reason why a state or a step is rejected.
+// The reason why a state or a step is rejected, or why a run ends. `pressed` surfaces have a gap, but
+// almost none.
 struct ContactFault {
-  enum class Kind { not_finite, touching, crossing, curved, overstretched };
+  enum class Kind { not_finite, touching, pressed, crossing, curved, overstretched };
   Kind kind = Kind::touching;
   // The surface points of the pair. In a fault of kind not_finite, only the first entry is used. It
   // is a point in results of SurfaceContact, and a particle in results of Contact. In a fault of

@@ -307,14 +307,16 @@ void CvodeIntegrator::Implementation::accept(double t) {
 }
 
 Failure CvodeIntegrator::Implementation::failure(int flag) const {
-  FailurePlace place{.time = accepted.time(), .fault = last_fault};
-  if (!last_fault)
-    place.particle = worst_particle(cvode, y, CVodeGetEstLocalErrors, CVodeGetErrWeights);
+  const auto pressed = pressed_surfaces(dynamics, accepted.time(), accepted.state());
+  const std::optional<ContactFault>& fault = pressed ? pressed : last_fault;
+  FailurePlace place{.time = accepted.time(), .fault = fault};
+  if (!fault) place.particle = worst_particle(cvode, y, CVodeGetEstLocalErrors, CVodeGetErrWeights);
   switch (flag) {
     case CV_ERR_FAILURE:
-      return shortest_step_failure(StepTrouble::error_too_large, place, scene);
+      return shortest_step_failure(trouble_with(pressed, StepTrouble::error_too_large), place,
+                                   scene);
     case CV_CONV_FAILURE:
-      return shortest_step_failure(StepTrouble::not_converged, place, scene);
+      return shortest_step_failure(trouble_with(pressed, StepTrouble::not_converged), place, scene);
     case CV_REPTD_RHSFUNC_ERR:
     case CV_UNREC_RHSFUNC_ERR:
     case CV_FIRST_RHSFUNC_ERR:

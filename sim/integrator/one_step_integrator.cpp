@@ -121,8 +121,12 @@ std::optional<Failure> OneStepIntegrator::step() {
 }
 
 Failure OneStepIntegrator::final_failure(Trouble trouble) const {
-  return shortest_step_failure(trouble, {.time = time(), .fault = fault_, .particle = place_},
-                               scene_);
+  const bool finds_equilibria = traits_of(scene_.source.time.method).finds_equilibria();
+  const std::optional<ContactFault> pressed =
+      finds_equilibria ? std::nullopt : pressed_surfaces(dynamics_, time(), state());
+  return shortest_step_failure(
+      trouble_with(pressed, trouble),
+      {.time = time(), .fault = pressed ? pressed : fault_, .particle = place_}, scene_);
 }
 
 OneStepIntegrator::Trouble OneStepIntegrator::check_path(double time, std::span<const double> y) {

@@ -1,5 +1,8 @@
 #include "sim/integrator/step_failures.h"
 
+#include <algorithm>
+#include <vector>
+
 #include "sim/case/case_text.h"
 #include "sim/case/time_methods.h"
 
@@ -68,6 +71,25 @@ StepTrouble trouble_of(const ContactFault& fault) {
     default:
       return StepTrouble::surfaces;
   }
+}
+
+std::optional<ContactFault> pressed_surfaces(Dynamics& dynamics, double time,
+                                             std::span<const double> y) {
+  constexpr double pressed_part = 0.01;  // of the range
+  if (dynamics.contact() == nullptr) return std::nullopt;
+  std::vector<double> rate(y.size());
+  if (const auto fault = dynamics.rate(time, y, rate)) return std::nullopt;
+  const std::span<const ContactPair> pairs = dynamics.contact()->pairs();
+  if (pairs.empty()) return std::nullopt;
+  const ContactPair& nearest = *std::ranges::min_element(pairs, {}, &ContactPair::gap);
+  if (nearest.gap > pressed_part * dynamics.scene().source.contact.range) return std::nullopt;
+  return ContactFault{ContactFault::Kind::pressed, nearest.nodes, nearest.gap};
+}
+
+StepTrouble trouble_with(const std::optional<ContactFault>& pressed, StepTrouble trouble) {
+  const bool is_symptom =
+      trouble == StepTrouble::not_converged || trouble == StepTrouble::error_too_large;
+  return pressed && is_symptom ? StepTrouble::surfaces : trouble;
 }
 
 Failure placed_failure(Failure::Kind kind, const std::string& what, const FailurePlace& place,

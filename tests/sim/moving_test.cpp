@@ -108,6 +108,47 @@ Outcome watch(SimulatedCase& sim, double from, double until, int samples = 20) {
   }
 }
 
+// A sheet between two plates that close until less room is left than their thicknesses need.
+constexpr const char* closing_plates = R"(
+[time]
+duration = 0.2
+[material.cloth]
+stiffness_damping = 2e-3
+mass_damping = 1
+[[body]]
+name = "sheet"
+position = [0, 0, 0.005]
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [5, 5] }
+[[obstacle]]
+name = "lower_plate"
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [3, 3] }
+[[obstacle]]
+name = "upper_plate"
+position = [0, 0, 0.01]
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [3, 3] }
+motion = { keyframes = [{ time = 0.05 }, { time = 0.15, translation = [0, 0, -0.009] }] }
+)";
+
+// The run ends shortly before no room is left, and says what is pressed together.
+TEST(PrescribedMotion, PlatesThatCloseTooFarEndWithAClearReason) {
+  for (const Overrides& by : {cvode, arkode, euler, method("euler", {"time.step=0.002"})}) {
+    SCOPED_TRACE(by.front() + ' ' + by.back());
+    SimulatedCase sim(closing_plates, by);
+    std::optional<Failure> failure;
+    while (!failure && sim.integrator().time() < 0.2) failure = sim.integrator().step();
+    ASSERT_TRUE(failure);
+    EXPECT_EQ(failure->kind, Failure::Kind::surfaces) << failure->text;
+    EXPECT_NE(failure->text.find("body \"sheet\""), std::string::npos) << failure->text;
+    EXPECT_NE(failure->text.find("_plate\""), std::string::npos) << failure->text;
+    const std::vector<double> y(sim.integrator().state().begin(), sim.integrator().state().end());
+    const std::vector<Vec3> position = sim.positions(sim.integrator().time(), y);
+    // The thicknesses of all need 2 mm between the plates.
+    EXPECT_GT(position.back().z(), 2e-3);
+    EXPECT_LT(position.back().z(), 2.05e-3);
+    EXPECT_EQ(crossings(sim.scene(), position), 0);
+  }
+}
+
 TEST(PrescribedMotion, ABallThatComesAndGoesWithinAStepIsFelt) {
   for (const Overrides& by : {cvode, arkode, euler}) {
     SCOPED_TRACE(by.front());
