@@ -65,6 +65,27 @@ inline DampedPush damped_push(const BarrierDerivatives& barrier, double gap, dou
           -damping * slope};
 }
 
+// The normal force of a contact that bounces: F = P phi(g') >= 0, N, with P = -W' as above and
+//   phi(u) = 1 - c s(u / v),  c = (1 - e^2) / (1 + e^2),
+//   s(x) = x (3 - x^2) / 2 for |x| < 1,  the sign of x beyond.
+// An approach at the speed u >> v stores the share 1 / (1 + c) of its energy in the barrier, which
+// gives 1 - c of that back: the speed of parting is e u, whatever the masses and the stiffness. At
+// rest F is P, and motions slower than v are damped. F is C1 in the rate and never pulls. As
+// (phi - 1) u <= 0, it adds no energy. Preconditions: 0 <= e <= 1, `settling_speed` v > 0 (m/s).
+inline DampedPush bouncing_push(const BarrierDerivatives& barrier, double restitution,
+                                double settling_speed, double gap_rate) {
+  const double push = -barrier.first;
+  if (!(push > 0)) return {};
+  const double squared = restitution * restitution, loss = (1 - squared) / (1 + squared);
+  const double x = gap_rate / settling_speed;
+  if (std::abs(x) >= 1) {
+    const double phi = x > 0 ? 1 - loss : 1 + loss;
+    return {push * phi, barrier.second * phi, 0};
+  }
+  const double phi = 1 - loss * 0.5 * x * (3 - x * x);
+  return {push * phi, barrier.second * phi, push * loss * 1.5 * (1 - x * x) / settling_speed};
+}
+
 // Regularised Coulomb friction (Li et al. 2020, eq. 13 and after). At the sliding speed s >= 0
 // (m/s) the friction force is mu N f(s), with
 //   f(s) = 2 s/e - (s/e)^2 for s < e,  1 for s >= e.

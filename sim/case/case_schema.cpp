@@ -30,7 +30,7 @@ Table describe(TimeCase& target) {
             "demands. euler: backward Euler. static: one equilibrium per frame, under gravity that "
             "grows from zero and motions that proceed. implicit_midpoint: fixed steps, for "
             "comparison. verlet: explicit steps, for motion without damping or contact. impulses: "
-            "rigid particles that collide by impulses."),
+            "many rigid particles that collide by impulses, without bodies."),
       field("duration", &duration, "s", positive, "Time to simulate."),
       field("frames_per_second", &frames, "1/s", positive, "Frames recorded per second."),
       field("accuracy", &accuracy, "m", positive,
@@ -561,7 +561,8 @@ Table describe(Case& target) {
       field("obstacle", tables(&obstacle),
             "Surfaces that stay at rest or follow a prescribed motion."),
       field("particles", tables(&particles),
-            "Groups of spheres that move as rigid bodies, with time.method = \"impulses\"."),
+            "Groups of spheres that move as rigid bodies. time.method = \"impulses\" simulates "
+            "many of them with obstacles; cvode, arkode and euler simulate them with bodies, too."),
       field("tie", tables(&tie),
             "Springs between vertices of a body and another body or an obstacle."),
       field("load", tables(&load), "Forces that act on bodies from outside."),

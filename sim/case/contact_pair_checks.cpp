@@ -49,7 +49,7 @@ class ContactPairChecker {
       if (!std::ranges::is_permutation(names, target.between)) continue;
       fail(join_path(path, "between"), "a second " + text_of(target), "expected each pair once");
     }
-    if (!of_particles_) numbers_of_cloth(target, path);
+    if (!of_particles_ && !bounces(target)) numbers_of_cloth(target, path);
   }
 
   void name(const std::string& given, const std::string& path, std::size_t k) const {
@@ -78,6 +78,16 @@ class ContactPairChecker {
 
   static std::string text_of(const ContactPairCase& target) {
     return "pair of " + in_quotes(target.between[0]) + " and " + in_quotes(target.between[1]);
+  }
+
+  bool is_particles(const std::string& name) const {
+    return std::ranges::find(case_.particles, name, &ParticlesCase::name) != case_.particles.end();
+  }
+  // True for particles among themselves or with an obstacle, which have a restitution.
+  bool bounces(const ContactPairCase& target) const {
+    const std::string &first = target.between[0], &second = target.between[1];
+    return (is_particles(first) && (is_particles(second) || is_obstacle(second))) ||
+           (is_particles(second) && is_obstacle(first));
   }
 
   // Refuses pairs of two obstacles, and of a material and something else.

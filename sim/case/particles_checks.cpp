@@ -20,6 +20,9 @@ class ParticlesChecker {
     if (case_.body.empty() && case_.particles.empty())
       fail("", "the case has no \"body\"", "expected tables [[body]] or [[particles]]");
     method();
+    restart();
+    for (std::size_t i = 0; i < case_.particles.size(); ++i)
+      turning(case_.particles[i], join_path("particles", i));
     for (std::size_t i = 0; i < case_.particles.size(); ++i)
       positions(case_.particles[i], join_path(join_path("particles", i), "positions"));
   }
@@ -30,21 +33,50 @@ class ParticlesChecker {
     throw CaseError(locations_.value(path), message, hint);
   }
 
+  bool collides() const { return case_.time.method == TimeMethod::impulses; }
+
   void method() const {
-    const bool collides = case_.time.method == TimeMethod::impulses;
-    if (collides && !case_.body.empty()) {
+    if (collides() && !case_.body.empty()) {
       fail(join_path(join_path("body", 0), "name"),
            "body " + in_quotes(case_.body.front().name) + " with time.method = \"impulses\"",
-           "expected [[particles]] and [[obstacle]] only");
+           "expected [[particles]] and [[obstacle]] only, or time.method = \"cvode\", which "
+           "simulates bodies and particles together");
     }
-    if (collides && case_.restart)
-      fail("restart.path", "a restart with time.method = \"impulses\"",
-           "expected weft run --resume, which goes on with a run of particles");
-    if (collides || case_.particles.empty()) return;
+    const TimeMethod method = case_.time.method;
+    const bool is_implicit =
+        method == TimeMethod::cvode || method == TimeMethod::arkode || method == TimeMethod::euler;
+    if (collides() || is_implicit || case_.particles.empty()) return;
     fail(join_path(join_path("particles", 0), "name"),
          "particles " + in_quotes(case_.particles.front().name) +
-             " with time.method = " + in_quotes(traits_of(case_.time.method).name),
-         "expected time.method = \"impulses\"");
+             " with time.method = " + in_quotes(traits_of(method).name),
+         "expected time.method = \"cvode\", \"arkode\" or \"euler\", or, without bodies, "
+         "\"impulses\"");
+  }
+
+  void restart() const {
+    if (case_.particles.empty() && !collides()) return;
+    if (case_.restart)
+      fail("restart.path", "a restart with particles",
+           "expected weft run --resume, which goes on with a run of particles");
+    if (case_.time.accuracy)
+      fail("time.accuracy", "a case with particles has no calibrated accuracy",
+           "expected time.position_tolerance and time.relative_tolerance, or time.step");
+  }
+
+  // Only impulses turn particles.
+  void turning(const ParticlesCase& of, const std::string& path) const {
+    if (collides()) return;
+    const std::string with = " with time.method = " + in_quotes(traits_of(case_.time.method).name);
+    const std::string spin = join_path(path, "spin");
+    const std::string rate = join_path(path, "angular_velocity_deg");
+    if (locations_.given(spin) && of.spin)
+      fail(spin, "particles " + in_quotes(of.name) + " that spin" + with,
+           "expected spin = false, or, without bodies, time.method = \"impulses\": only impulses "
+           "turn particles");
+    if (!of.angular_velocity_deg.isZero(0))
+      fail(rate, "an angular velocity of particles " + in_quotes(of.name) + with,
+           "expected none, or, without bodies, time.method = \"impulses\": only impulses turn "
+           "particles");
   }
 
   void positions(const ParticlesCase& of, const std::string& path) const {
@@ -63,14 +95,24 @@ class ParticlesChecker {
       fail(join_path(path, "count"), number_text(number) + " particles",
            "expected at most " + number_text(most_particles));
     }
-    if (places.spacing && *places.spacing < 2 * of.radius) {
+    const double diameter = 2 * of.radius;
+    if (places.spacing && *places.spacing < diameter) {
       fail(join_path(path, "spacing"),
            "a spacing of " + number_text(*places.spacing) + " m makes particles overlap",
-           "expected at least twice the radius, " + number_text(2 * of.radius) + " m");
+           "expected at least twice the radius, " + number_text(diameter) + " m");
+    }
+    if (!collides() && places.spacing && *places.spacing < smallest_spacing * diameter) {
+      fail(join_path(path, "spacing"),
+           "a spacing of " + number_text(*places.spacing) + " m makes particles touch",
+           "expected at least " + number_text(smallest_spacing * diameter) +
+               " m with time.method = " + in_quotes(traits_of(case_.time.method).name) +
+               ", which needs gaps");
     }
   }
 
   static constexpr double most_particles = 1e8;
+  // Least spacing of a lattice under error control, in diameters.
+  static constexpr double smallest_spacing = 1.001;
 
   const Case& case_;
   const Locations& locations_;

@@ -7,7 +7,8 @@
 namespace weft::sim {
 
 // Throws CaseError for a case that simulates nothing, for particles or bodies that the method does
-// not simulate, and for places that cannot hold the particles.
+// not simulate, for particles that the method does not turn, for a restart or an accuracy of
+// particles, and for places that cannot hold the particles.
 void check_particles(const Case& target, const Locations& locations);
 
 }  // namespace weft::sim

@@ -42,6 +42,7 @@ void RecordedChannels::list_supports() {
       supports_.push_back({.body = b, .wrench = {}});
       continue;
     }
+    if (scene_.bodies[b].spheres != nullptr) continue;
     for (std::size_t pin = 0; pin < scene_.source.body[i].pin.size(); ++pin)
       supports_.push_back({.body = b, .pin = static_cast<int>(pin), .wrench = {}});
   }
@@ -87,7 +88,8 @@ std::vector<ChannelPlace> channel_fields(const SceneBody& body, const OutputCase
   if (!body.moves) return fields;
   for (const Channel* channel : recorded_channels(output)) {
     if (channel->home != Channel::Home::texels) continue;
-    if (!body.dynamic && channel->id != ChannelId::velocity) continue;
+    const bool has_all = body.dynamic && body.spheres == nullptr;
+    if (!has_all && channel->id != ChannelId::velocity) continue;
     for (const ChannelDataset& dataset : channel->datasets)
       fields.push_back({channel, &dataset, {}});
   }
@@ -159,6 +161,7 @@ void RecordedChannels::find_surfaces(double time, std::span<const double> y,
                                      std::span<const Vec3> position,
                                      std::span<const Vec3> velocity) {
   for (std::size_t b = 0; b < surfaces_.size(); ++b) {
+    if (scene_.bodies[b].spheres != nullptr) continue;
     place_surface(static_cast<int>(b), time, y, position, velocity);
     Surface& surface = surfaces_[b];
     if (has(ChannelId::membrane_strain)) surface.tensors->find_strain(surface.strain);
@@ -227,8 +230,9 @@ void RecordedChannels::add_energies(double time, std::span<const Vec3> position,
                                     std::span<const Vec3> velocity) {
   const Vec3 gravity = simulation_.dynamics_with_pins().gravity(time);
   std::vector<double> elastic(scene_.dynamic_bodies, 0.0);
-  for (std::size_t b = 0; b < surfaces_.size(); ++b)
-    elastic[b] = surfaces_[b].tensors->elastic_energy();
+  for (std::size_t b = 0; b < surfaces_.size(); ++b) {
+    if (surfaces_[b].tensors) elastic[b] = surfaces_[b].tensors->elastic_energy();
+  }
   for (std::size_t s = 0; s < springs_.springs.size(); ++s) {
     const auto [a, b] = springs_.ends[s];
     elastic[scene_.body_index_of_particle(a)] +=

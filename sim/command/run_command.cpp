@@ -132,9 +132,9 @@ int with_scene(const RunCommand& command, const auto& prepare, const auto& use) 
 // Throws CaseError if the method finds equilibria, because an equilibrium has no error of time
 // steps that --estimate-error could measure.
 void refuse_no_estimate(const Case& source) {
-  if (source.time.method == TimeMethod::impulses) {
-    throw CaseError({"--estimate-error"}, "time.method = \"impulses\" has no error estimate",
-                    "expected another time.method, or no --estimate-error");
+  if (!source.particles.empty()) {
+    throw CaseError({"--estimate-error"}, "a case with particles has no error estimate",
+                    "expected a case without particles, or no --estimate-error");
   }
   if (!traits_of(source.time.method).finds_equilibria()) return;
   throw CaseError({"--estimate-error"}, "time.method = \"static\" has no error of time steps",

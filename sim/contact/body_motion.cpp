@@ -278,6 +278,10 @@ void BodyMotion::find_features(int b, const Snapshot& snapshot, Features& found)
   auto& [vertex, triangle, edge] = found.bounds;
   found.largest = static_cast<float>(snapshot.displacement(b)) * (1 + 1e-6F);
   vertex.assign(point.begin(), point.end());
+  if (scene_.bodies[b].spheres != nullptr) {
+    triangle = vertex;  // a sphere counts as a triangle (SurfaceFeatures)
+    return;
+  }
   triangle.resize(mesh.triangles.size());
   for (std::size_t t = 0; t < triangle.size(); ++t) {
     const auto& [i, j, k] = mesh.triangles[t];

@@ -89,6 +89,7 @@ std::string ComputeChoice::text() const {
 
 ChosenSearch choose_search(const Scene& scene) {
   const ComputeCase& compute = scene.source.compute;
+  if (!scene.source.particles.empty()) return on_cpu(scene, "particles are searched there");
   switch (compute.backend) {
     case ComputeBackend::automatic:
       return choose_by_speed(scene);

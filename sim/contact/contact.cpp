@@ -309,8 +309,12 @@ void Contact::subtract_stiffness(double factor, std::span<const Vec3> in,
 
 Contact::Stencil Contact::stencil(const ContactPair& pair, StencilRoom& room) const {
   if (!scene_.surface_map.is_identity()) return joined_stencil(pair, room);
-  if (pair.sliding < 0) return {pair.nodes, pair.weight, {}};
-  return {pair.nodes, pair.weight, surface_.sliding(pair.sliding).lever};
+  // A sphere has all its weight on the first of three equal nodes.
+  const std::size_t count = pair.nodes[1] == pair.nodes[2] ? 2 : 4;
+  const auto particles = std::span(pair.nodes).first(count);
+  const auto weights = std::span(pair.weight).first(count);
+  if (pair.sliding < 0) return {particles, weights, {}};
+  return {particles, weights, std::span(surface_.sliding(pair.sliding).lever).first(count)};
 }
 
 // Sums the weights and levers of a pair's four points by particle.

@@ -76,8 +76,11 @@ double apply_push(const ContactLaw& law, double thickness, double mollifier,
       materials::barrier(pair.gap, law.range, mollifier * law.stiffness);
   Vec3 relative = Vec3::Zero();
   for (int i = 0; i < 4; ++i) relative += closest.weight[i] * velocity[pair.nodes[i]];
-  const materials::DampedPush push = materials::damped_push(
-      barrier, pair.gap, law.range, law.damping_time, pair.normal.dot(relative));
+  const double rate = pair.normal.dot(relative);
+  const materials::DampedPush push =
+      law.settling_speed > 0
+          ? materials::bouncing_push(barrier, law.restitution, law.settling_speed, rate)
+          : materials::damped_push(barrier, pair.gap, law.range, law.damping_time, rate);
   pair.energy = pair.coefficient * barrier.value;
   pair.push = pair.coefficient * push.force;
   pair.stiffness = pair.coefficient * push.stiffness;

@@ -22,6 +22,9 @@ struct ContactLaw {
   double friction_speed = 0;  // m/s
   // Friction speed by sticking distance of anchored contacts, 1/s.
   double hold_rate = 0;
+  // Of pairs that bounce (materials::bouncing_push): the speed below which they settle (m/s), and
+  // the speed of parting over the speed of approach. Zero: damping_time holds instead.
+  double settling_speed = 0, restitution = 0;
 };
 
 // Friction of a pair. It acts on the tangential sliding velocity u with the forces lever_i^T f,

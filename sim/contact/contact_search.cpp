@@ -26,6 +26,7 @@ constexpr double short_path = 0.125;
 constexpr double part_for_candidates = 0.125;
 
 // Returns the default slack: a sixth of the mean length of the edges of dynamic bodies at rest, m.
+// Without edges, it is a sixth of the smallest radius of particles.
 double default_slack(const Scene& scene) {
   double sum = 0;
   std::size_t count = 0;
@@ -35,6 +36,8 @@ double default_slack(const Scene& scene) {
     for (const bsi::Edge& edge : edges) sum += (rest[edge.vertex[0]] - rest[edge.vertex[1]]).norm();
     count += edges.size();
   }
+  if (count == 0)
+    return std::ranges::min(scene.source.particles, {}, &ParticlesCase::radius).radius / 6;
   return sum / (6 * static_cast<double>(count));
 }
 
@@ -144,7 +147,7 @@ ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenS
 
 void ContactSearch::find_neighbourhoods(int b) {
   const SceneBody& body = scene_.bodies[b];
-  if (!is_searched(scene_, {b, b})) return;
+  if (!is_searched(scene_, {b, b}) || body.spheres != nullptr) return;
   auto found = std::make_unique<const bsi::Neighbourhoods>(
       body.surface_mesh(), body.surface_rest(), neighbour_radius(body, range_), scene_.threads);
   if (!found->are_rings()) neighbourhoods_[b] = std::move(found);

@@ -93,6 +93,10 @@ class RenewedParts {
 
  private:
   std::vector<char> quads_of(const SceneBody& body) const {
+    if (body.spheres != nullptr) {
+      const auto own = points_.subspan(body.first_point, body.point_count());
+      return {own.begin(), own.end()};
+    }
     const std::vector<std::array<int, 3>>& triangles = body.surface_mesh().triangles;
     std::vector<char> marks(triangles.size() / 2, 0);
     for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -145,6 +149,10 @@ class Gatherer {
     }
     for (const bsi::LeafPair& pair : pairs) {
       if (!renewed_.has_quad_of(pair) || are_distant_neighbours(pair)) continue;
+      if (a_.are_spheres() || b_.are_spheres()) {
+        add_spheres(pair);
+        continue;
+      }
       add_vertices(a_, pair.a, b_, pair.b, reach_.first_vertices, batches_[vertex_triangle]);
       if (!self_ || pair.a != pair.b) {
         add_vertices(b_, pair.b, a_, pair.a, reach_.second_vertices,
@@ -191,6 +199,34 @@ class Gatherer {
         add({x0, x1, x2, x3}, 1, v, t, near ? batches_[near_vertex_triangle] : out);
       }
     }
+  }
+
+  // Two spheres, or a sphere and a surface: its centre with the triangles, and vertices of cloth
+  // with the sphere.
+  void add_spheres(const bsi::LeafPair& pair) {
+    if (a_.are_spheres() && b_.are_spheres()) {
+      if (self_ && pair.a == pair.b) return;
+      const int first = self_ ? std::min(pair.a, pair.b) : pair.a;
+      const int second = self_ ? std::max(pair.a, pair.b) : pair.b;
+      add_sphere(a_.vertex(first), first, b_, second, batches_[vertex_triangle]);
+      return;
+    }
+    const bool is_first = a_.are_spheres();
+    const SurfaceFeatures &spheres = is_first ? a_ : b_, &surface = is_first ? b_ : a_;
+    const int sphere = is_first ? pair.a : pair.b, quad = is_first ? pair.b : pair.a;
+    for (const int t : {2 * quad, 2 * quad + 1})
+      add_sphere(spheres.vertex(sphere), sphere, surface, t,
+                 batches_[is_first ? vertex_triangle : triangle_vertex]);
+    if (is_first) return;
+    for (const int v : surface.mesh().vertices_of_quad(quad))
+      add_sphere(surface.vertex(v), v, spheres, sphere, batches_[vertex_triangle]);
+  }
+
+  // Adds a pair of a vertex, with its number in its body, and a triangle.
+  void add_sphere(int point, int vertex, const SurfaceFeatures& triangles, int triangle,
+                  Batch& out) {
+    const auto [x1, x2, x3] = triangles.triangle(triangle);
+    add({point, x1, x2, x3}, 1, vertex, triangle, out);
   }
 
   void add_edges(const bsi::LeafPair& pair) {

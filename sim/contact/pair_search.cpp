@@ -7,6 +7,17 @@ namespace weft::sim {
 
 namespace {
 
+// Returns the image of a body's pyramid. Each sphere of a group of particles is a patch of one
+// quad, whose corners are its centre.
+bsi::Atlas searched_atlas(const SceneBody& body) {
+  if (body.spheres == nullptr) return body.surface_atlas();
+  std::vector<int> centre_of_texel;
+  for (int i = 0; i < body.particle_count(); ++i)
+    centre_of_texel.insert(centre_of_texel.end(), 4, i);
+  return bsi::Atlas(std::vector<bsi::Patch>(body.particle_count(), {.rows = 2, .cols = 2}),
+                    std::move(centre_of_texel));
+}
+
 class CpuSearch : public PairSearch {
  public:
   explicit CpuSearch(const Scene& scene) : scene_(scene), bodies_(scene.bodies.size()) {}
@@ -63,9 +74,9 @@ class CpuSearch : public PairSearch {
     if (!path.own) searched.frames.clear();
     std::optional<bsi::Pyramid>& pyramid = path.own ? searched.own_pyramid : searched.pyramid;
     if (!pyramid)
-      pyramid.emplace(
-          body.surface_atlas(),
-          bsi::PyramidParts{.tangents = path.own, .spheres = bound() != bsi::Bound::box});
+      pyramid.emplace(searched_atlas(body),
+                      bsi::PyramidParts{.tangents = path.own && body.spheres == nullptr,
+                                        .spheres = bound() != bsi::Bound::box});
     const auto bad = path.is_swept() ? pyramid->rebuild_swept(path.start, path.end, threads())
                                      : pyramid->rebuild(path.end, threads());
     assert(!bad && "positions are finite");

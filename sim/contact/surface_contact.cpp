@@ -100,6 +100,7 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
       friction_speed_(scene.source.contact.friction_speed),
       hold_rate_(friction_speed_ / scene.source.contact.sticking_distance.value_or(1)),
       friction_(scene),
+      spheres_(scene),
       spins_(scene.bodies.size(), Vec3::Zero()),
       touched_(scene.bodies.size(), 0) {
   surfaces_.reserve(scene.bodies.size());
@@ -129,7 +130,31 @@ double SurfaceContact::pair_area(const std::array<int, 4>& nodes, int split) con
 }
 
 double SurfaceContact::range_of(const PairGroup& group) const {
-  return group.samples ? range_ : short_range * range_;
+  const bool on_cloth =
+      group.of_spheres && !group.on_spheres && scene_.bodies[group.surface].dynamic;
+  return group.samples && !on_cloth ? range_ : short_range * range_;
+}
+
+// Returns the distance (m) that features must keep on a path. It is half the thickness, so that a
+// path is refused only if it comes clearly closer than its end. Spheres keep nearly all of theirs.
+double SurfaceContact::path_distance(const PairGroup& group) const {
+  const double half = 0.5 * group.thickness;
+  return group.has_spheres() ? std::max(half, group.thickness - short_range * range_) : half;
+}
+
+ContactLaw SurfaceContact::law_of(const PairGroup& group, const std::array<int, 4>& nodes) const {
+  const double range = range_of(group);
+  if (group.of_spheres) return spheres_.of(group.body_a, group.body_b, range);
+  ContactLaw law{range, 0, damping_time_, group.friction, friction_speed_};
+  if (!group.samples) {
+    law.stiffness =
+        stiffness_ / (short_range * short_range) * pair_area(nodes, group.edges ? 2 : 1);
+  } else {
+    // Against spheres there are no samples of the other side.
+    const bool both = !group.on_spheres && scene_.bodies[group.surface].dynamic;
+    law.stiffness = (both ? 0.5 : 1.0) * stiffness_ * scene_.contact_area[nodes[0]];
+  }
+  return law;
 }
 
 // Returns the candidates that may be closer than thickness + reach. The reach is `sample_reach` for
@@ -146,7 +171,10 @@ std::vector<SurfaceContact::PairGroup> SurfaceContact::groups_within(double samp
       group.edges = kind == 2;
       group.samples = !group.edges && scene_.bodies[kind == 0 ? list.body_a : list.body_b].dynamic;
       group.thickness = list.thickness;
-      group.friction = friction_.of(list.body_a, list.body_b);
+      group.of_spheres = scene_.bodies[kind == 0 ? list.body_a : list.body_b].spheres != nullptr;
+      group.on_spheres = scene_.bodies[kind == 0 ? list.body_b : list.body_a].spheres != nullptr;
+      group.friction = group.has_spheres() ? spheres_.friction(list.body_a, list.body_b)
+                                           : friction_.of(list.body_a, list.body_b);
       group.body_a = list.body_a;
       group.body_b = list.body_b;
       group.surface = kind == 0 ? list.body_b : list.body_a;
@@ -326,9 +354,8 @@ void SurfaceContact::measure_part(const PairGroup& group, std::size_t first, std
   std::size_t begin = 0;
   while (begin < in_reach.size() && !found.fault) {
     std::size_t end = begin + 1;
-    if (!group.samples) {
-      measure_pair(group.pair(first + in_reach[begin].pair), group.friction, position, velocity,
-                   found);
+    if (!group.samples || group.on_spheres) {
+      measure_pair(group, first + in_reach[begin].pair, position, velocity, found);
     } else {
       const auto vertex = [&](std::size_t i) { return group.nodes[first + in_reach[i].pair][0]; };
       while (end < in_reach.size() && vertex(end) == vertex(begin)) ++end;
@@ -357,47 +384,44 @@ void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
   surfaces_[group.surface].find(position[vertex], group.is_self() ? vertex - body.first_point : -1,
                                 scratch.triangles,
                                 position.subspan(body.first_point, body.point_count()),
-                                group.thickness + range_, scratch.terms);
-  const ContactLaw law{
-      range_,          (body.dynamic ? 0.5 : 1.0) * stiffness_ * scene_.contact_area[vertex],
-      damping_time_,   group.friction,
-      friction_speed_, hold_rate_};
+                                group.thickness + range_of(group), scratch.terms);
   const Anchor* const anchor =
       has_anchors() ? find_anchor(anchors_->selected(),
                                   anchor_key(vertex, group.body_of_samples(), group.surface))
                     : nullptr;
   const Vec3 offset = anchor == nullptr ? Vec3::Zero() : from_anchor(*anchor, position);
+  PairLaw of{.law = law_of(group, group.nodes[first + in_reach[0].pair]),
+             .turns = !group.of_spheres,
+             .surface = group.surface,
+             .from_anchor = anchor == nullptr ? nullptr : &offset};
+  of.law.hold_rate = hold_rate_;
   for (const bsi::SurfaceTerm& term : scratch.terms) {
     Pair features{{vertex, 0, 0, 0}, false, group.thickness};
     for (int k = 0; k < 3; ++k)
       features.nodes[k + 1] = body.surface_mesh().triangles[term.triangle][k] + body.first_point;
-    add_pair(law, features,
-             {.closest = term.closest,
-              .coefficient = static_cast<double>(term.coefficient),
-              .surface = group.surface,
-              .from_anchor = anchor == nullptr ? nullptr : &offset},
-             position, velocity, found);
+    of.coefficient = term.coefficient;
+    add_pair(of, features, term.closest, position, velocity, found);
   }
 }
 
-// Measures a pair without a sample: two edges, or an obstacle's vertex and a triangle.
-void SurfaceContact::measure_pair(const Pair& pair, double friction, std::span<const Vec3> position,
-                                  std::span<const Vec3> velocity, Found& found) const {
+// Measures a pair that is no term of a sum: two edges, an obstacle's vertex and a triangle, or a
+// point and a sphere.
+void SurfaceContact::measure_pair(const PairGroup& group, std::size_t number,
+                                  std::span<const Vec3> position, std::span<const Vec3> velocity,
+                                  Found& found) const {
+  const Pair pair = group.pair(number);
   const bsi::Closest closest = closest_of(pair.edges, pair.nodes, position);
-  const double limit = pair.thickness + short_range * range_;
+  const double limit = pair.thickness + range_of(group);
   if (closest.squared_distance >= limit * limit) return;
-  const ContactLaw law{
-      short_range * range_,
-      stiffness_ / (short_range * short_range) * pair_area(pair.nodes, pair.edges ? 2 : 1),
-      damping_time_, friction, friction_speed_};
-  const double mollifier = pair.edges ? mollify(pair, closest, position, law, found) : 1.0;
-  add_pair(law, pair, {.closest = closest, .mollifier = mollifier}, position, velocity, found);
+  PairLaw of{.law = law_of(group, pair.nodes), .turns = !group.has_spheres()};
+  if (pair.edges) of.mollifier = mollify(pair, closest, position, of.law, found);
+  add_pair(of, pair, closest, position, velocity, found);
 }
 
-void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features, const Term& term,
+void SurfaceContact::add_pair(const PairLaw& of, const Pair& features, const bsi::Closest& closest,
                               std::span<const Vec3> position, std::span<const Vec3> velocity,
                               Found& found) const {
-  const bsi::Closest& closest = term.closest;
+  const ContactLaw& law = of.law;
   const double gap = std::sqrt(closest.squared_distance) - features.thickness;
   if (!(gap > 0)) {
     found.fault = ContactFault{ContactFault::Kind::touching, features.nodes, gap};
@@ -405,10 +429,10 @@ void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features, const
   }
   ContactPair pair;
   pair.nodes = features.nodes;
-  pair.coefficient = term.coefficient;
-  pair.surface = term.surface;
+  pair.coefficient = of.coefficient;
+  pair.surface = of.surface;
   const double barrier_push =
-      apply_push(law, features.thickness, term.mollifier, closest, velocity, pair);
+      apply_push(law, features.thickness, of.mollifier, closest, velocity, pair);
   if (definite_) {
     pair.stiffness = std::max(pair.stiffness, 0.0);
     pair.damping = std::max(pair.damping, 0.0);
@@ -418,11 +442,12 @@ void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features, const
                                  position[pair.nodes[2]], position[pair.nodes[3]]};
     const auto kind =
         features.edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
-    auto sliding = friction_of(law, kind, barrier_push, closest, points, velocity,
-                               obstacle_spin(pair.nodes), term.from_anchor, pair);
+    const auto spin = of.turns ? obstacle_spin(pair.nodes) : Vec3(Vec3::Zero());
+    auto sliding =
+        friction_of(law, kind, barrier_push, closest, points, velocity, spin, of.from_anchor, pair);
     if (sliding) {
       if (definite_ && scene_.source.time.newton > 0) use_secant(pair.normal, *sliding);
-      if (definite_ && term.coefficient < 0) sliding->slope.setZero();
+      if (definite_ && of.coefficient < 0) sliding->slope.setZero();
       pair.sliding = static_cast<int>(found.sliding.size());
       found.sliding.push_back(*sliding);
     }
@@ -506,13 +531,12 @@ std::optional<ContactFault> SurfaceContact::find_path_fault(const PlacedPoints& 
 std::optional<ContactFault> SurfaceContact::check_part(
     const PairGroup& group, std::size_t first, std::size_t last, std::span<const Vec3> start,
     std::span<const Vec3> end, const PathDemand& demand, std::vector<OpenPair>& open) const {
-  // If a gap is demanded, the end must keep the whole thickness, but the path only half of it. A
-  // path is therefore refused only if it comes clearly closer than its end.
-  const double half = demand.gap ? 0.5 * group.thickness : 0.0;
+  // If a gap is demanded, the end must keep the whole thickness.
+  const double kept = demand.gap ? path_distance(group) : 0.0;
   const PointStray& stray = demand.stray;
   // The cheap test uses the largest strays of both bodies. The stray of a single pair may be
   // smaller.
-  double largest = half;
+  double largest = kept;
   for (const std::span<const double> by_body : {stray.body, demand.curve.body}) {
     if (!by_body.empty()) largest += by_body[group.body_a] + by_body[group.body_b];
   }
@@ -527,7 +551,7 @@ std::optional<ContactFault> SurfaceContact::check_part(
     if (demand.gap && !(gap > 0)) {
       return ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
     }
-    double separation = half;
+    double separation = kept;
     if (!stray.body.empty()) separation += stray_of(pair, stray);
     const double curve = demand.curve.body.empty() ? 0 : stray_of(pair, demand.curve);
     bsi::FourPoints from, to;

@@ -16,12 +16,13 @@
 #include "sim/contact/contact_pair.h"
 #include "sim/contact/contact_search.h"
 #include "sim/contact/pair_friction.h"
+#include "sim/contact/sphere_contact_laws.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
 
-// The reason why a state or a step is rejected, or why a run ends. `pressed` surfaces have a gap, but
-// almost none.
+// The reason why a state or a step is rejected, or why a run ends. `pressed` surfaces have a gap,
+// but almost none.
 struct ContactFault {
   enum class Kind { not_finite, touching, pressed, crossing, curved, overstretched };
   Kind kind = Kind::touching;
@@ -84,6 +85,12 @@ struct MollifierForce {
 // These pairs have a barrier of their own over the last quarter of the range. It is stiffer, so
 // that a fraction of its range stores as much energy as the same fraction of the whole range.
 //
+// The centre of a sphere ([[particles]]) is a sample, too, and its radius is half its thickness.
+// Spheres touch each other in pairs of two points. On cloth, the barrier of the centre is short,
+// and the vertices of the cloth are samples against the sphere, so that a sheet that wraps a ball
+// presses on it everywhere. Spheres do not turn: friction acts on the difference of the velocities
+// of a sphere and of the point that it touches.
+//
 // A pair or term at distance d has the gap g = d - thickness. If g is below the range, barrier and
 // damping push along the normal (materials/contact.h), and friction acts across the normal
 // (Sliding, contact_pair.h).
@@ -107,7 +114,10 @@ class SurfaceContact {
   void forget_touched() { touched_.assign(touched_.size(), 0); }
   // Sets the Coulomb coefficient, in later evaluations, of bodies for which no [[contact.pair]]
   // holds.
-  void set_friction(double friction) { friction_.set_default(friction); }
+  void set_friction(double friction) {
+    friction_.set_default(friction);
+    spheres_.set_friction(friction);
+  }
   // Makes the matrices of later evaluations positive semi-definite, for long fixed steps. Negative
   // stiffness and damping of pairs, and the friction slope of subtracted terms, are set to zero.
   void keep_matrix_definite() { definite_ = true; }
@@ -182,12 +192,15 @@ class SurfaceContact {
   struct PairGroup : Nodes {
     bool edges = false;
     bool samples = false;  // true if the vertices belong to a dynamic body; false for edges
+    // True if the vertices are centres of spheres, and if the triangles are whole spheres.
+    bool of_spheres = false, on_spheres = false;
     double thickness = 0;
     double friction = 0;  // Coulomb coefficient
     int body_a = 0, body_b = 0;
     int surface = 0;  // for samples: body of the triangles
     bool is_self() const { return body_a == body_b; }
     int body_of_samples() const { return surface == body_b ? body_a : body_b; }
+    bool has_spheres() const { return of_spheres || on_spheres; }
     bsi::FeatureKind kind() const {
       return edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
     }
@@ -205,6 +218,8 @@ class SurfaceContact {
   void visit_candidates(double reach, const Visit& visit) const;
   double pair_area(const std::array<int, 4>& nodes, int split) const;
   double range_of(const PairGroup& group) const;
+  double path_distance(const PairGroup& group) const;
+  ContactLaw law_of(const PairGroup& group, const std::array<int, 4>& nodes) const;
   bool is_dynamic(int point) const { return point < scene_.dynamic_points; }
   void find_spins(const PlacedPoints& now, std::span<const Vec3> velocity);
   void begin_placing();
@@ -227,16 +242,18 @@ class SurfaceContact {
   void measure_sample(const PairGroup& group, std::size_t first,
                       std::span<const bsi::PairInReach> in_reach, std::span<const Vec3> position,
                       std::span<const Vec3> velocity, SampleScratch& scratch, Found& found) const;
-  void measure_pair(const Pair& pair, double friction, std::span<const Vec3> position,
+  void measure_pair(const PairGroup& group, std::size_t number, std::span<const Vec3> position,
                     std::span<const Vec3> velocity, Found& found) const;
-  // A term of the contact of two features, and what its forces depend on.
-  struct Term {
-    const bsi::Closest& closest;
+  // The law of a term of the contact of two features, with factors of its barrier and of all its
+  // forces, and what else its forces depend on.
+  struct PairLaw {
+    ContactLaw law;
+    bool turns = true;  // false if a feature is a sphere, which does not turn
     double mollifier = 1, coefficient = 1;
     int surface = -1;                   // ContactPair::surface
     const Vec3* from_anchor = nullptr;  // m, from the sample's anchor to the sample
   };
-  void add_pair(const ContactLaw& law, const Pair& features, const Term& term,
+  void add_pair(const PairLaw& of, const Pair& features, const bsi::Closest& closest,
                 std::span<const Vec3> position, std::span<const Vec3> velocity, Found& found) const;
   double mollify(const Pair& pair, const bsi::Closest& closest, std::span<const Vec3> position,
                  const ContactLaw& law, Found& found) const;
@@ -268,6 +285,7 @@ class SurfaceContact {
   const AnchorHistory* anchors_ = nullptr;  // null: contacts are not anchored
   std::span<const Vec3> measured_at_;       // positions of the last evaluate(), m
   PairFriction friction_;
+  SphereContactLaws spheres_;
   bool definite_ = false;
   std::vector<Vec3> rest_;                   // rest positions of all points, m
   std::vector<int> case_index_;              // by body, its number in the case

@@ -8,19 +8,22 @@
 
 namespace weft::sim {
 
-// Converts the numbers of features in a body's mesh to indices of surface points of the scene.
+// Converts the numbers of features in a body's mesh to indices of surface points of the scene. Each
+// sphere of a group of particles counts as a quad and a triangle, whose corners are its centre.
 class SurfaceFeatures {
  public:
   explicit SurfaceFeatures(const SceneBody& body)
-      : mesh_(body.surface_mesh()), first_(body.first_point) {}
+      : mesh_(body.surface_mesh()), first_(body.first_point), spheres_(body.spheres != nullptr) {}
 
   const bsi::Mesh& mesh() const { return mesh_; }
+  bool are_spheres() const { return spheres_; }
   int vertex(int v) const { return v + first_; }
   std::array<int, 2> edge(int e) const {
     const auto& [a, b] = mesh_.edges[e].vertex;
     return {a + first_, b + first_};
   }
   std::array<int, 3> triangle(int t) const {
+    if (spheres_) return {t + first_, t + first_, t + first_};
     const auto& [a, b, c] = mesh_.triangles[t];
     return {a + first_, b + first_, c + first_};
   }
@@ -28,6 +31,7 @@ class SurfaceFeatures {
  private:
   const bsi::Mesh& mesh_;
   int first_;
+  bool spheres_;
 };
 
 // Returns the points of a pair from a candidate list: a vertex and a triangle, or two edges.

@@ -25,8 +25,9 @@ std::unique_ptr<Force> make_seam_force(const Scene& scene);          // springs 
 std::unique_ptr<Force> make_seam_bending(const Scene& scene);        // bending across seams
 std::unique_ptr<Force> make_drag_force(const Scene& scene);          // drag of cloth in the wind
 std::unique_ptr<Force> make_shell_drag_force(
-    const Scene& scene);                                     // drag of spline shells in the wind
-std::unique_ptr<Force> make_load_force(const Scene& scene);  // applied loads
+    const Scene& scene);  // drag of spline shells in the wind
+std::unique_ptr<Force> make_sphere_drag_force(const Scene& scene);  // drag of particles in the wind
+std::unique_ptr<Force> make_load_force(const Scene& scene);         // applied loads
 
 // Returns the bending force of all cloth that yields. Null if no dynamic body yields.
 std::unique_ptr<Force> make_yielding_bending_force(const Scene& scene);

@@ -11,8 +11,9 @@ SphereLaws::SphereLaws(const Scene& scene)
 void SphereLaws::set_friction(double friction) {
   laws_.clear();
   for (int group = 0; group < scene_.dynamic_bodies; ++group) {
+    const bool is_of_spheres = scene_.bodies[group].spheres != nullptr;
     for (int partner = 0; partner < bodies_; ++partner)
-      laws_.push_back(find(group, partner, friction));
+      laws_.push_back(is_of_spheres ? find(group, partner, friction) : SphereLaw{});
   }
 }
 

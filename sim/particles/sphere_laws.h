@@ -12,10 +12,10 @@ struct SphereLaw {
   double friction = 0;     // Coulomb coefficient
 };
 
-// The laws of all pairs of a group of spheres and a partner: another group, the same group, or an
-// obstacle. A [[contact.pair]] precedes the keys of the particles. Against an obstacle the keys of
-// the particles hold. Between two groups the larger restitution holds, and the geometric mean of
-// the frictions.
+// The laws of all pairs of a group of spheres and a partner: another group, the same group, cloth
+// or an obstacle. A [[contact.pair]] precedes the keys of the particles. Against cloth and
+// obstacles the keys of the particles hold. Between two groups the larger restitution holds, and
+// the geometric mean of the frictions.
 class SphereLaws {
  public:
   // The scene must outlive the object.
@@ -23,7 +23,7 @@ class SphereLaws {
 
   // Sets contact.friction, which holds for particles without a friction of their own.
   void set_friction(double friction);
-  // `group` is the index of a group in Scene::bodies, and so is `partner` of a group or an
+  // `group` is the index of a group in Scene::bodies, and so is `partner` of a group, cloth or an
   // obstacle.
   const SphereLaw& of(int group, int partner) const { return laws_[group * bodies_ + partner]; }
 

@@ -68,12 +68,31 @@ bool is_of_one_body(const ContactFault& fault, const Scene& scene) {
          scene.body_index_of_point(fault.nodes[0]) == scene.body_index_of_point(fault.nodes[3]);
 }
 
+// Throws CaseError at the places of the particles, if the fault is that of a particle. Of two
+// groups, the one that the case names later is at fault.
+void refuse_overlap_of_particle(const ContactFault& fault, const Scene& scene) {
+  if (fault.kind != ContactFault::Kind::touching) return;
+  const int one = scene.body_index_of_point(fault.nodes[0]),
+            other = scene.body_index_of_point(fault.nodes[3]);
+  const bool first = scene.bodies[one].spheres != nullptr,
+             second = scene.bodies[other].spheres != nullptr;
+  if (!first && !second) return;
+  const int later = first && second ? std::max(one, other) : first ? one : other;
+  const int sphere = first ? fault.nodes[0] : fault.nodes[3],
+            partner = first ? fault.nodes[3] : fault.nodes[0];
+  throw CaseError(scene.bodies[later].spheres->positions.location,
+                  scene.describe_point(sphere) + " overlaps " + scene.describe_point(partner) +
+                      " by " + rounded_text(-fault.gap) + " m at the start",
+                  "expected particles with a gap around them");
+}
+
 void refuse_missing_gaps(const Scene& scene) {
   Statistics unused;
   Contact contact(scene, unused);
   double smallest_gap = 0;
   const auto fault = contact.check_state(scene.initial_position, &smallest_gap);
   if (fault) {
+    refuse_overlap_of_particle(*fault, scene);
     throw CaseError({scene.source.path, 0, 0},
                     "the initial state cannot be simulated: " + fault->describe(scene),
                     is_of_one_body(*fault, scene)

@@ -167,6 +167,8 @@ void add_group(Scene& scene, const ParticlesCase& from) {
   body.first_particle = scene.particle_count;
   body.material = &no_material();
   body.spheres = &from;
+  body.thickness = 2 * from.radius;
+  body.self_contact = scene.source.contact.enabled;
   Vec3 sum = Vec3::Zero();
   for (const Vec3& place : places) sum += place;
   body.centre = sum / count;

@@ -70,7 +70,7 @@ Energies sum_of(Energies a, double factor, const Energies& b) {
 bool may_sleep(const Scene& scene) {
   const TimeCase& time = scene.source.time;
   return time.sleep && scene.dynamic_bodies >= 2 && !traits_of(time.method).finds_equilibria() &&
-         time.method != TimeMethod::impulses;
+         scene.source.particles.empty();
 }
 
 SleepingIntegrator::SleepingIntegrator(const Scene& scene, Dynamics& whole)

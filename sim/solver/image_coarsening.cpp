@@ -28,10 +28,22 @@ CoarseAxis axis_of(int quads, int points, bool wraps, const SceneBody& body) {
   return {elements, elements, wraps, degree};
 }
 
+// Appends an image of 2 x 2 equal nodes for each sphere. It is too small to be coarsened, so that
+// spheres stay single on all levels.
+void append_spheres(const SceneBody& spheres, std::vector<LevelImage>& images) {
+  constexpr CoarseAxis one_quad{1, 1, false};
+  for (int i = 0; i < spheres.particle_count(); ++i)
+    images.push_back({one_quad, one_quad, std::vector<int>(4, spheres.first_particle + i)});
+}
+
 std::vector<LevelImage> images_of(const Scene& scene) {
   std::vector<LevelImage> images;
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     const SceneBody& body = scene.bodies[b];
+    if (body.spheres != nullptr) {
+      append_spheres(body, images);
+      continue;
+    }
     const std::vector<bsi::Patch>& patches = body.atlas.patches();
     for (std::size_t p = 0; p < patches.size(); ++p) {
       LevelImage& image = images.emplace_back();

@@ -355,7 +355,7 @@ void describe_time(const Case& source, std::ostream& out) {
 }
 
 void describe_sleep(const Scene& scene, std::ostream& out) {
-  if (scene.dynamic_bodies < 2 || scene.source.time.method == TimeMethod::impulses) return;
+  if (scene.dynamic_bodies < 2 || !scene.source.particles.empty()) return;
   out << "sleep     ";
   if (!scene.source.time.sleep) {
     out << "off: time.sleep is false\n";

@@ -70,6 +70,46 @@ TEST(Barrier, IsTwiceSmoothAtTheRange) {
   }
 }
 
+TEST(BouncingPush, DerivativesAgreeWithDifferences) {
+  const double speed = 0.01;
+  for (const double e : {0.0, 0.5, 1.0}) {
+    for (const double fraction : {0.05, 0.5, 0.95}) {
+      for (const double rate : {-1.0, -0.009, -0.004, 0.0, 0.003, 0.0099, 2.0}) {
+        const double gap = fraction * kRange;
+        const DampedPush exact = bouncing_push(at(gap), e, speed, rate);
+        const auto by_gap = [&](double g) { return bouncing_push(at(g), e, speed, rate).force; };
+        const auto by_rate = [&](double u) { return bouncing_push(at(gap), e, speed, u).force; };
+        EXPECT_NEAR(slope_of(by_gap, gap, 1e-3 * gap), -exact.stiffness,
+                    1e-8 * std::abs(at(gap).second));
+        EXPECT_NEAR(slope_of(by_rate, rate, 1e-6), -exact.damping,
+                    1e-7 * std::abs(at(gap).first) / speed);
+        EXPECT_GE(exact.force, 0);
+        EXPECT_LE((exact.force + at(gap).first) * rate, 0) << "adds energy";
+      }
+    }
+  }
+  EXPECT_EQ(bouncing_push(at(kRange), 0.5, speed, -1).force, 0);
+}
+
+// A mass hits a wall. The equation of motion is solved by velocity Verlet with tiny steps.
+TEST(BouncingPush, PartsWithTheRestitution) {
+  for (const double e : {0.2, 0.5, 0.8, 1.0}) {
+    for (const double mass : {1e-4, 1e-2}) {
+      const double strength = mass * 4 / (kRange * kRange), step = 1e-8;
+      const auto acceleration = [&](double gap, double rate) {
+        return bouncing_push(barrier(gap, kRange, strength), e, 0.004, rate).force / mass;
+      };
+      double gap = kRange, rate = -2;
+      while (gap <= kRange && rate < 2) {
+        const double middle = rate + 0.5 * step * acceleration(gap, rate);
+        gap += step * middle;
+        rate = middle + 0.5 * step * acceleration(gap, middle);
+      }
+      EXPECT_NEAR(rate / 2, e, 1e-3 * e + 1e-4) << mass;
+    }
+  }
+}
+
 TEST(Friction, FactorIsSmoothAndReachesOne) {
   const double e = 0.01;
   for (const double speed : {1e-12, 1e-4, 0.003, 0.0099, 0.02, 5.0}) {

@@ -60,11 +60,30 @@ std::vector<BadCase> bad_particles() {
               "number = 2, region_min = [0, 0, 1], region_max = [1, 1, 0] }\n",
        R"(case.toml:6:81: region_max is below region_min
   expected a box whose upper corner is at least as high along x, y and z)"},
-      {"another_method", balls, R"(case.toml:2:8: particles "balls" with time.method = "cvode"
-  expected time.method = "impulses")"},
+      {"another_method", "[time]\nmethod = \"verlet\"\n" + balls,
+       R"(case.toml:4:8: particles "balls" with time.method = "verlet"
+  expected time.method = "cvode", "arkode" or "euler", or, without bodies, "impulses")"},
       {"body_with_impulses", head + balls + sheet,
        R"(case.toml:8:8: body "sheet" with time.method = "impulses"
-  expected [[particles]] and [[obstacle]] only)"},
+  expected [[particles]] and [[obstacle]] only, or time.method = "cvode", which simulates bodies and particles together)"},
+      {"spin_with_cvode", balls + "spin = true\n",
+       R"(case.toml:5:8: particles "balls" that spin with time.method = "cvode"
+  expected spin = false, or, without bodies, time.method = "impulses": only impulses turn particles)"},
+      {"turning_with_cvode", balls + "angular_velocity_deg = [0, 0, 1]\n",
+       R"(case.toml:5:24: an angular velocity of particles "balls" with time.method = "cvode"
+  expected none, or, without bodies, time.method = "impulses": only impulses turn particles)"},
+      {"touching_grid_with_cvode",
+       "[[particles]]\nname = \"balls\"\nradius = 0.1\n"
+       "positions = { type = \"grid\", count = [2, 1, 1], spacing = 0.2 }\n",
+       R"(case.toml:4:59: a spacing of 0.2 m makes particles touch
+  expected at least 0.2002 m with time.method = "cvode", which needs gaps)"},
+      {"accuracy_of_particles", "[time]\naccuracy = 1e-3\n" + balls,
+       R"(case.toml:2:12: a case with particles has no calibrated accuracy
+  expected time.position_tolerance and time.relative_tolerance, or time.step)"},
+      {"restitution_of_cloth",
+       balls + sheet + "[[contact.pair]]\nbetween = [\"balls\", \"sheet\"]\nrestitution = 0.3\n",
+       R"(case.toml:10:15: a restitution in the pair of "balls" and "sheet"
+  expected "friction" only: cloth has no restitution of its own; how it rebounds follows from its stiffness, its damping and contact.damping_time)"},
       {"name_twice", head + balls + balls, R"(case.toml:8:8: a second "balls"
   expected a name that no other body, obstacle or particles have; the first is in [[particles]])"},
       {"name_of_an_obstacle",
@@ -125,6 +144,16 @@ std::vector<BadCase> bad_starts() {
            "shape = { type = \"plane\", size = [9, 9] }\n",
        R"(case.toml:6:13: particles "balls", number 0 overlaps obstacle "floor" by 0.0105 m at the start, the first of 4 overlapping pairs
   expected particles that do not overlap anything)"},
+      {"overlap_of_a_sheet",
+       balls + "[[body]]\nname = \"sheet\"\nposition = [0, 0, -0.09]\n"
+               "shape = { type = \"rectangle\", size = [2, 2], resolution = [2, 2] }\n",
+       R"(case.toml:4:13: particles "balls", number 0 overlaps body "sheet", row 1, column 0 by 0.0105 m at the start
+  expected particles with a gap around them)"},
+      {"overlap_of_two_groups_with_cvode",
+       balls + group +
+           "positions = { type = \"grid\", count = [1, 1, 1], centre = [0.2, 0.11, 0.15] }\n",
+       R"(case.toml:8:13: particles "balls", number 3 overlaps particles "others", number 0 by 0.0250714 m at the start
+  expected particles with a gap around them)"},
       {"overlap_by_jitter",
        head +
            "[[particles]]\nname = \"balls\"\nradius = 0.1\n"

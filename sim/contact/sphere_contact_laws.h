@@ -1,0 +1,37 @@
+// Laws of contact between the spheres of [[particles]] and other bodies, under error control.
+#pragma once
+
+#include <vector>
+
+#include "sim/contact/contact_pair.h"
+#include "sim/particles/sphere_laws.h"
+#include "sim/scene/scene.h"
+
+namespace weft::sim {
+
+// Spheres bounce off each other and off obstacles, with the restitution of the case. On cloth, they
+// are damped as cloth is by contact.damping_time. The barrier of a sphere stores the kinetic energy
+// of an impact at the largest expected speed in about two thirds of its range, so that its
+// stiffness follows from masses and not from an area.
+class SphereContactLaws {
+ public:
+  // The scene must outlive the object. O(points).
+  explicit SphereContactLaws(const Scene& scene);
+
+  // Sets contact.friction, which holds for particles without a friction of their own.
+  void set_friction(double friction) { laws_.set_friction(friction); }
+  // Returns the law of a pair of two bodies, of which one at least is a group of spheres, whose
+  // barrier has the `range` (m).
+  ContactLaw of(int body_a, int body_b, double range) const;
+  // Returns the Coulomb coefficient of two such bodies.
+  double friction(int body_a, int body_b) const { return pair_law(body_a, body_b).friction; }
+
+ private:
+  const SphereLaw& pair_law(int body_a, int body_b) const;
+
+  const Scene& scene_;
+  SphereLaws laws_;
+  double impact_speed_;  // m/s, largest expected speed of an impact
+};
+
+}  // namespace weft::sim
