@@ -49,10 +49,9 @@ struct ComputeNarrowPhase::Implementation {
   std::size_t contribution_capacity = 0, term_capacity = 0;
   int reruns = 0;
   // The result of the latest evaluation.
-  std::vector<ContactTerm> found;
-  std::vector<ContactPush> found_pushes;
-  std::vector<ContactSliding> found_slidings;
-  std::vector<std::uint32_t> order, run_of_row;
+  GlReadback copied_terms{gl}, copied_pushes{gl}, copied_slidings{gl};
+  ContactResult result;
+  std::vector<std::uint32_t> order, next_of_row;
 
   explicit Implementation(GlContext& gl_context) : context(gl_context) {
     gl.GetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &group_limit);
@@ -81,8 +80,8 @@ void ComputeNarrowPhase::Implementation::upload(std::span<const ContactGroup> of
 
 void ComputeNarrowPhase::Implementation::reserve(std::size_t contribution_count,
                                                  std::size_t term_count, bool with_friction) {
-  // As the lists of a traversal, a list that grows gets one and a half times the needed size. A list
-  // without memory keeps its capacity.
+  // As the lists of a traversal, a list that grows gets one and a half times the needed size. A
+  // list without memory keeps its capacity.
   const std::size_t limit = buffer_limit(gl);
   const auto grown = [limit](std::size_t capacity, std::size_t needed, std::size_t item) {
     if (needed <= capacity) return capacity;
@@ -93,8 +92,8 @@ void ComputeNarrowPhase::Implementation::reserve(std::size_t contribution_count,
   contributions.reserve(contribution_room * sizeof(shaders::Contribution),
                         "features around samples");
   contribution_capacity = contribution_room;
-  const std::size_t term_room = grown(
-      term_capacity, term_count, with_friction ? sizeof(ContactSliding) : sizeof(ContactPush));
+  const std::size_t term_room = grown(term_capacity, term_count,
+                                      with_friction ? sizeof(ContactSliding) : sizeof(ContactPush));
   terms.reserve(term_room * sizeof(ContactTerm), "terms of contact");
   pushes.reserve(term_room * sizeof(ContactPush), "pushes of contact");
   if (with_friction) slidings.reserve(term_room * sizeof(ContactSliding), "friction of contact");
@@ -139,24 +138,23 @@ void ComputeNarrowPhase::Implementation::apply(std::size_t count, std::size_t po
 }
 
 void ComputeNarrowPhase::Implementation::copy_results(std::size_t count, bool with_friction) {
-  found.resize(count);
-  found_pushes.resize(count);
-  found_slidings.resize(with_friction ? count : 0);
-  terms.read(std::span(found));
-  pushes.read(std::span(found_pushes));
-  if (with_friction) slidings.read(std::span(found_slidings));
+  result.terms = copied_terms.copy<ContactTerm>(terms, count, "terms of contact");
+  result.pushes = copied_pushes.copy<ContactPush>(pushes, count, "pushes of contact");
+  result.slidings = copied_slidings.copy<ContactSliding>(slidings, with_friction ? count : 0,
+                                                         "friction of contact");
+  gl.Finish();
   check_gl(gl, "apply the law of contact");
 }
 
-// Sets `order`. The terms of a row of samples lie one after another in their final order. Those of
-// a row of pairs lie anywhere.
+// Finds the order. The terms of a row lie one after another, in their final order.
 void ComputeNarrowPhase::Implementation::sort_by_row() {
-  std::vector<std::uint32_t>& start = run_of_row;
-  start.assign(row_count + 1, 0);
-  for (const ContactTerm& term : found) ++start[term.row + 1];
-  for (std::size_t row = 0; row < row_count; ++row) start[row + 1] += start[row];
-  order.resize(found.size());
-  for (std::uint32_t i = 0; i < found.size(); ++i) order[start[found[i].row]++] = i;
+  std::vector<std::uint32_t>& next = next_of_row;
+  next.assign(row_count + 1, 0);
+  for (const ContactTerm& term : result.terms) ++next[term.row + 1];
+  for (std::size_t row = 0; row < row_count; ++row) next[row + 1] += next[row];
+  order.resize(result.terms.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) order[next[result.terms[i].row]++] = i;
+  result.order = order;
 }
 
 ComputeNarrowPhase::ComputeNarrowPhase(GlContext& context) {
@@ -206,9 +204,9 @@ ContactResult ComputeNarrowPhase::evaluate(std::span<const ContactGroup> groups,
   if (count > 0) device.apply(count, positions.size());
   device.copy_results(count, with_friction);
   device.sort_by_row();
-  ContactResult result{device.found, device.found_pushes, device.found_slidings, device.order, {}};
-  if (filled[2].length != none) result.touching = filled[2].length;
-  return result;
+  device.result.touching = std::nullopt;
+  if (filled[2].length != none) device.result.touching = filled[2].length;
+  return device.result;
 }
 
 int ComputeNarrowPhase::reruns() const { return implementation_->reruns; }

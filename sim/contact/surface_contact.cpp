@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "bsi/continuous_collision.h"
 #include "materials/contact.h"
 #include "sim/base/parallel.h"
 #include "sim/case/case_text.h"
+#include "sim/contact/contact_stiffness.h"
 #include "sim/contact/surface_features.h"
 
 namespace weft::sim {
@@ -92,7 +94,6 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
       statistics_(statistics),
       search_(scene, statistics, std::move(search)),
       range_(scene.source.contact.range),
-      stiffness_(scene.source.contact.stiffness),
       damping_time_(scene.source.contact.damping_time),
       friction_speed_(scene.source.contact.friction_speed),
       friction_(scene),
@@ -109,18 +110,13 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
   for (std::size_t b = scene.dynamic_bodies; b < scene.bodies.size(); ++b) {
     if (scene.bodies[b].moves) moving_obstacles_.push_back(static_cast<int>(b));
   }
-}
-
-// Returns the mean area (m^2) around the vertices of the dynamic feature, or of both features if
-// both are dynamic. The resolution of obstacles therefore does not change the stiffness of contact.
-double SurfaceContact::pair_area(const std::array<int, 4>& nodes, int split) const {
-  double sum[2] = {0, 0};
-  for (int i = 0; i < 4; ++i) sum[i < split ? 0 : 1] += scene_.contact_area[nodes[i]];
-  sum[0] /= split;
-  sum[1] /= 4 - split;
-  const bool first = is_dynamic(nodes[0]), second = is_dynamic(nodes[3]);
-  if (first && second) return 0.5 * (sum[0] + sum[1]);
-  return first ? sum[0] : sum[1];
+  // The timed choice of `auto` must not change a bit of a trajectory, so that the device evaluates
+  // only where the case asks for it. On the device, all points must be in place, and sleeping
+  // bodies are not touched.
+  const bool is_possible = scene.source.compute.backend == ComputeBackend::gpu &&
+                           search_.obstacles().all().empty() &&
+                           std::ranges::none_of(scene.bodies, &SceneBody::sleeps);
+  if (is_possible) device_ = search_.make_device_contact();
 }
 
 double SurfaceContact::range_of(const PairGroup& group) const {
@@ -229,6 +225,15 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
   PhaseTimer timer(statistics_.phases.narrow_phase);
   const std::span<const Vec3> position = now.position();
   if (friction_.any()) find_spins(now, velocity);
+  if (uses_device()) {
+    try {
+      return evaluate_on_device(now, velocity);
+    } catch (const std::runtime_error& error) {
+      search_.note_failure(error.what());
+      device_.reset();
+      clear();
+    }
+  }
   begin_placing();
   for (const PairGroup& group : groups_within(range_, short_range * range_)) {
     place_nodes(group, now, now);
@@ -250,6 +255,43 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
       }
       join(part);
     }
+  }
+  statistics_.counters.friction_terms += static_cast<std::int64_t>(sliding_.size());
+  return std::nullopt;
+}
+
+// Returns true if there is a device, which is likely to be faster than the CPU.
+bool SurfaceContact::uses_device() const {
+  if (device_ == nullptr) return false;
+  std::size_t candidates = 0;
+  for (const CandidateList& list : search_.lists()) candidates += list.candidate_count();
+  return candidates >= least_candidates_for_device;
+}
+
+std::optional<ContactFault> SurfaceContact::evaluate_on_device(const PlacedPoints& now,
+                                                               std::span<const Vec3> velocity) {
+  if (on_device_ != search_.changes()) {
+    device_->set_candidates(search_.lists(), surfaces_, rest_);
+    on_device_ = search_.changes();
+  }
+  DeviceContact::Found found{std::move(pairs_), std::move(sliding_), std::move(mollified_)};
+  const auto touching =
+      device_->evaluate(search_.lists(), friction_, {now.position(), velocity, spins_}, found);
+  pairs_ = std::move(found.pairs);
+  sliding_ = std::move(found.sliding);
+  mollified_ = std::move(found.mollified);
+  for (const CandidateList& list : search_.lists())
+    statistics_.counters.narrow_phase_calls += static_cast<std::int64_t>(list.candidate_count());
+  if (touching) {
+    clear();
+    const bsi::Closest closest = closest_of(touching->edges, touching->nodes, now.position());
+    return ContactFault{ContactFault::Kind::touching, touching->nodes,
+                        std::sqrt(closest.squared_distance) - touching->thickness};
+  }
+  for (ContactPair& pair : pairs_) {
+    if (!definite_) break;
+    make_definite(pair);
+    if (pair.sliding >= 0) make_definite(pair, sliding_[pair.sliding]);
   }
   statistics_.counters.friction_terms += static_cast<std::int64_t>(sliding_.size());
   return std::nullopt;
@@ -352,9 +394,8 @@ void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
                                 scratch.triangles,
                                 position.subspan(body.first_point, body.point_count()),
                                 group.thickness + range_, scratch.terms);
-  const ContactLaw law{range_,
-                       (body.dynamic ? 0.5 : 1.0) * stiffness_ * scene_.contact_area[vertex],
-                       damping_time_, group.friction, friction_speed_};
+  const ContactLaw law{range_, sample_stiffness(scene_, body, vertex), damping_time_,
+                       group.friction, friction_speed_};
   for (const bsi::SurfaceTerm& term : scratch.terms) {
     Pair features{{vertex, 0, 0, 0}, false, group.thickness};
     for (int k = 0; k < 3; ++k)
@@ -369,10 +410,8 @@ void SurfaceContact::measure_pair(const Pair& pair, double friction, std::span<c
   const bsi::Closest closest = closest_of(pair.edges, pair.nodes, position);
   const double limit = pair.thickness + short_range * range_;
   if (closest.squared_distance >= limit * limit) return;
-  const ContactLaw law{
-      short_range * range_,
-      stiffness_ / (short_range * short_range) * pair_area(pair.nodes, pair.edges ? 2 : 1),
-      damping_time_, friction, friction_speed_};
+  const ContactLaw law{short_range * range_, pair_stiffness(scene_, pair.nodes, pair.edges),
+                       damping_time_, friction, friction_speed_};
   const double mollifier = pair.edges ? mollify(pair, closest, position, law, found) : 1.0;
   add_pair(law, pair, closest, mollifier, 1, position, velocity, found);
 }
@@ -391,10 +430,7 @@ void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features,
   pair.coefficient = coefficient;
   const double barrier_push =
       apply_push(law, features.thickness, mollifier, closest, velocity, pair);
-  if (definite_) {
-    pair.stiffness = std::max(pair.stiffness, 0.0);
-    pair.damping = std::max(pair.damping, 0.0);
-  }
+  if (definite_) make_definite(pair);
   if (law.friction > 0) {
     const bsi::FourPoints points{position[pair.nodes[0]], position[pair.nodes[1]],
                                  position[pair.nodes[2]], position[pair.nodes[3]]};
@@ -403,13 +439,23 @@ void SurfaceContact::add_pair(const ContactLaw& law, const Pair& features,
     auto sliding = friction_of(law, kind, barrier_push, closest, points, velocity,
                                obstacle_spin(pair.nodes), pair);
     if (sliding) {
-      if (definite_ && scene_.source.time.newton > 0) use_secant(pair.normal, *sliding);
-      if (definite_ && coefficient < 0) sliding->slope.setZero();
+      if (definite_) make_definite(pair, *sliding);
       pair.sliding = static_cast<int>(found.sliding.size());
       found.sliding.push_back(*sliding);
     }
   }
   found.pairs.push_back(pair);
+}
+
+// See keep_matrix_definite().
+void SurfaceContact::make_definite(ContactPair& pair) {
+  pair.stiffness = std::max(pair.stiffness, 0.0);
+  pair.damping = std::max(pair.damping, 0.0);
+}
+
+void SurfaceContact::make_definite(const ContactPair& pair, Sliding& sliding) const {
+  if (scene_.source.time.newton > 0) use_secant(pair.normal, sliding);
+  if (pair.coefficient < 0) sliding.slope.setZero();
 }
 
 // Returns the value of the mollifier of two edges. Records the forces from its slope. They turn the
@@ -419,10 +465,8 @@ double SurfaceContact::mollify(const Pair& pair, const bsi::Closest& closest,
                                Found& found) const {
   const auto& [p0, p1, q0, q1] = pair.nodes;
   const Vec3 a = position[p1] - position[p0], b = position[q1] - position[q0];
-  const double threshold =
-      1e-3 * (rest_[p1] - rest_[p0]).squaredNorm() * (rest_[q1] - rest_[q0]).squaredNorm();
-  const materials::MollifierDerivatives m =
-      materials::edge_edge_mollifier(a.cross(b).squaredNorm(), threshold);
+  const materials::MollifierDerivatives m = materials::edge_edge_mollifier(
+      a.cross(b).squaredNorm(), parallel_threshold(rest_, pair.nodes));
   const double gap = std::sqrt(closest.squared_distance) - pair.thickness;
   if (m.first == 0 || !(gap > 0)) return m.value;
   const double energy = materials::barrier(gap, law.range, law.stiffness).value;

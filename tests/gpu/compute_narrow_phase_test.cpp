@@ -219,11 +219,11 @@ void expect_same(const ContactResult& result, std::uint32_t i, const Expected& e
   }
   if (!expected.slidings[k]) return;
   const ContactSliding& sliding = result.slidings[i];
-  double lever = 1;
+  double lever = 1;  // grows with the aspect ratio of a triangle, which amplifies rounding
   for (const Mat3& matrix : expected.slidings[k]->lever)
     lever = std::max(lever, matrix.cwiseAbs().maxCoeff());
   for (int n = 0; n < 4; ++n)
-    expect_close(sliding.lever[n], expected.slidings[k]->lever[n], lever, "lever");
+    expect_close(sliding.lever[n], expected.slidings[k]->lever[n], lever * lever, "lever");
   expect_close(sliding.force, expected.slidings[k]->force, lever * push, "friction");
   expect_close(sliding.slope, expected.slidings[k]->slope, lever * push / group.friction_speed,
                "slope of friction");
@@ -263,7 +263,7 @@ const ContactGroup usual_law{.thickness = 0.125,
 // Four points of a lattice, or near it. Points, edges and faces coincide, edges are parallel or
 // points, triangles have no area, and distances are exactly the reach.
 std::array<Vec3, 4> random_points(std::mt19937& random) {
-  constexpr std::array shifts{0.0, 0.0, 1e-16, 1e-9, 1e-4, 0.1};
+  constexpr std::array shifts{0.0, 0.0, 1e-16, 1e-9, 3e-7, 1e-4, 0.1};
   const double shift = shifts[random() % shifts.size()];
   std::uniform_real_distribution<double> moved(-shift, shift);
   std::array<Vec3, 4> x;
