@@ -62,6 +62,17 @@ struct GpuOptions {
 };
 int run_gpu(const GpuOptions& options);
 
+// The narrow phase of contact on the device compared with that of the CPU. Needs gpu/; throws
+// std::runtime_error without the device.
+struct GpuNarrowPhaseOptions {
+  std::string backend = "auto";  // "gpu", "osmesa"
+  std::vector<int> sizes{65, 129, 257, 513, 1025};
+  std::vector<std::string> scenes{"layers", "ball"};
+  std::vector<double> frictions{0.3, 0};  // Coulomb coefficients
+  int repeats = 7;
+};
+int run_gpu_narrow_phase(const GpuNarrowPhaseOptions& options);
+
 // The linear system of an implicit step of a sheet, solved with block-Jacobi and with multigrid.
 struct LinearSolverOptions {
   bool json = false;

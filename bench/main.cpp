@@ -22,6 +22,7 @@ struct Arguments {
   PaperOptions paper;
   int narrow_phase_size = 128;
   GpuOptions gpu;
+  GpuNarrowPhaseOptions gpu_narrow_phase;
   LinearSolverOptions linear_solver;
   AccuracyOptions accuracy;
   EnergyDriftOptions energy_drift;
@@ -320,11 +321,30 @@ void add_particles(CLI::App& sub, Arguments& arguments) {
 }
 
 #ifdef WEFT_BENCH_GPU
-void add_gpu(CLI::App& sub, Arguments& arguments) {
-  GpuOptions& options = arguments.gpu;
-  sub.add_option("--backend", options.backend, "Device that runs the shaders")
+void add_backend(CLI::App& sub, std::string& backend) {
+  sub.add_option("--backend", backend, "Device that runs the shaders")
       ->check(CLI::IsMember({"auto", "gpu", "osmesa"}))
       ->capture_default_str();
+}
+
+void add_gpu_narrow_phase(CLI::App& sub, Arguments& arguments) {
+  GpuNarrowPhaseOptions& options = arguments.gpu_narrow_phase;
+  add_backend(sub, options.backend);
+  add_sizes(sub, options.sizes, "Sheets of n x n vertices");
+  sub.add_option("--scenes", options.scenes, "Two sheets on each other, or one over a ball")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"layers", "ball"}))
+      ->capture_default_str();
+  sub.add_option("--frictions", options.frictions, "Coulomb coefficients")
+      ->delimiter(',')
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  add_repeats(sub, options.repeats);
+}
+
+void add_gpu(CLI::App& sub, Arguments& arguments) {
+  GpuOptions& options = arguments.gpu;
+  add_backend(sub, options.backend);
   add_sizes(sub, options.sizes, "Sheets of n x n vertices");
   sub.add_option("--scenes", options.scenes, "Sheets, each queried against itself")
       ->delimiter(',')
@@ -387,6 +407,9 @@ constexpr std::array experiments{
                [](const Arguments& a) { return run_paper_lod(a.paper); }},
     Experiment{"gpu", "Pyramids and traversals in compute shaders against the CPU", add_gpu,
                [](const Arguments& a) { return run_gpu(a.gpu); }},
+    Experiment{"gpu-narrow-phase", "Barriers and friction in compute shaders against the CPU",
+               add_gpu_narrow_phase,
+               [](const Arguments& a) { return run_gpu_narrow_phase(a.gpu_narrow_phase); }},
 #endif
     Experiment{"shells", "Shells against closed forms and published figures", add_shells,
                [](const Arguments& a) { return run_shells(a.shells); }},

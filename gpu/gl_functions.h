@@ -33,8 +33,10 @@ namespace weft::gpu {
   X(PFNGLGETSTRINGPROC, GetString)                             \
   X(PFNGLGETUNIFORMLOCATIONPROC, GetUniformLocation)           \
   X(PFNGLLINKPROGRAMPROC, LinkProgram)                         \
+  X(PFNGLMAPNAMEDBUFFERRANGEPROC, MapNamedBufferRange)         \
   X(PFNGLMEMORYBARRIERPROC, MemoryBarrier)                     \
   X(PFNGLNAMEDBUFFERDATAPROC, NamedBufferData)                 \
+  X(PFNGLNAMEDBUFFERSTORAGEPROC, NamedBufferStorage)           \
   X(PFNGLNAMEDBUFFERSUBDATAPROC, NamedBufferSubData)           \
   X(PFNGLSHADERSOURCEPROC, ShaderSource)                       \
   X(PFNGLUNIFORM1UIPROC, Uniform1ui)                           \

@@ -70,6 +70,26 @@ void GlBuffer::reserve(std::size_t bytes, const char* content) {
   bytes_ = bytes;
 }
 
+const void* GlReadback::copy_bytes(const GlBuffer& from, std::size_t bytes, const char* content) {
+  if (bytes > bytes_) {
+    gl_->DeleteBuffers(1, &name_);  // also ends its mapping
+    name_ = 0;
+    bytes_ = 0;
+    gl_->CreateBuffers(1, &name_);
+    const std::size_t room = bytes + bytes / 2;
+    constexpr GLbitfield access = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
+    gl_->NamedBufferStorage(name_, static_cast<GLsizeiptr>(room), nullptr,
+                            access | GL_CLIENT_STORAGE_BIT);
+    memory_ = gl_->MapNamedBufferRange(name_, 0, static_cast<GLsizeiptr>(room), access);
+    check_gl(*gl_, (std::string("copy ") + content).c_str());
+    bytes_ = room;
+  }
+  if (bytes > 0) {
+    gl_->CopyNamedBufferSubData(from.name(), name_, 0, 0, static_cast<GLsizeiptr>(bytes));
+  }
+  return memory_;
+}
+
 void ComputeProgram::use() {
   if (program_ == 0) {
     const std::pair<GLenum, std::string> stage(GL_COMPUTE_SHADER, source_);

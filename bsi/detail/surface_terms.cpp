@@ -124,6 +124,16 @@ bool SurfaceTerms::is_inner_vertex(int vertex, int own) const {
                                          neighbours_.begin() + neighbour_start_[vertex + 1], own));
 }
 
+unsigned SurfaceTerms::own_features(int triangle, int own) const {
+  unsigned features = 0;
+  for (int k = 0; k < 3; ++k) {
+    const int edge = mesh_.triangle_edges[triangle][k], corner = mesh_.triangles[triangle][k];
+    if (mesh_.edges[edge].triangle[0] == triangle && is_inner_edge(edge, own)) features |= 1U << k;
+    if (first_triangle_[corner] == triangle && is_inner_vertex(corner, own)) features |= 8U << k;
+  }
+  return features;
+}
+
 void SurfaceTerms::find(const Vec3& point, int own, std::span<const int> triangles,
                         std::span<const Vec3> position, double reach,
                         std::vector<SurfaceTerm>& terms) const {
@@ -134,12 +144,10 @@ void SurfaceTerms::find(const Vec3& point, int own, std::span<const int> triangl
     collector.add(t, 1, closest_vertex_triangle(point, x[0], x[1], x[2]));
     // If an inner edge or vertex is within reach, so are all its triangles, and all are listed. The
     // first of them adds the term of the edge or vertex.
+    const unsigned features = own_features(t, own);
     for (int k = 0; k < 3; ++k) {
-      const int edge = mesh_.triangle_edges[t][k];
-      if (mesh_.edges[edge].triangle[0] == t && is_inner_edge(edge, own))
-        collector.add(t, -1, closest_on_edge_opposite(k, point, x));
-      if (first_triangle_[corners[k]] == t && is_inner_vertex(corners[k], own))
-        collector.add(t, 1, closest_at_corner(k, point, x[k]));
+      if ((features >> k & 1U) != 0) collector.add(t, -1, closest_on_edge_opposite(k, point, x));
+      if ((features >> k & 8U) != 0) collector.add(t, 1, closest_at_corner(k, point, x[k]));
     }
   }
   collector.drop_what_cancels();

@@ -49,6 +49,10 @@ class SurfaceTerms {
   // O(triangles^2) in the worst case.
   void find(const Vec3& point, int own, std::span<const int> triangles,
             std::span<const Vec3> position, double reach, std::vector<SurfaceTerm>& terms) const;
+  // Returns which edges and corners have terms that find() adds together with that of a listed
+  // triangle. Bit k stands for the edge opposite corner k, bit 3 + k for corner k. Each inner edge
+  // and each inner vertex belongs to one of its triangles.
+  unsigned own_features(int triangle, int own) const;
 
  private:
   bool is_inner_edge(int edge, int own) const;

@@ -60,6 +60,12 @@ struct ContactPair {
   int surface = -1;  // body of the second feature if the first one is a sample, else -1
 };
 
+// Forces (N) from the slope of the mollifier on the four points of two nearly parallel edges.
+struct MollifierForce {
+  std::array<int, 4> nodes{};
+  std::array<Vec3, 4> force;
+};
+
 // Sets the weights, normal, gap, energy, push and derivatives of the push in `pair` from its
 // closest points. Preconditions: the gap is positive, and the nodes and the coefficient of `pair`
 // are set. The barrier is multiplied by `mollifier`. `velocity` has the velocities of all surface

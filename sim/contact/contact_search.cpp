@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "sim/base/parallel.h"
+#include "sim/contact/device_contact.h"
 #include "sim/contact/feature_collector.h"
 
 namespace weft::sim {
@@ -145,6 +146,10 @@ ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenS
   for (int b = 0; b < static_cast<int>(scene.bodies.size()); ++b) find_neighbourhoods(b);
 }
 
+std::unique_ptr<DeviceContact> ContactSearch::make_device_contact() const {
+  return search_.search->make_device_contact();
+}
+
 void ContactSearch::find_neighbourhoods(int b) {
   const SceneBody& body = scene_.bodies[b];
   if (!is_searched(scene_, {b, b}) || body.spheres != nullptr) return;
@@ -239,6 +244,7 @@ void ContactSearch::merge_lists(std::span<const BodyPair> pairs) {
   }
   while (next != pairs.end()) add(*next++);
   lists_.swap(lists);
+  ++changes_;
   states_.swap(states);
 }
 
@@ -368,6 +374,7 @@ void ContactSearch::renew() {
 void ContactSearch::clear(std::size_t l) {
   states_[l] = {};
   static_cast<FeaturePairs&>(lists_[l]) = {};
+  ++changes_;
 }
 
 double ContactSearch::drift_since_choice(const CandidateList& list) const {
@@ -464,6 +471,7 @@ std::size_t next_feature(std::span<const FeaturePair> pairs, std::size_t i) {
 // Selects the candidates of a list.
 void ContactSearch::select(std::size_t l) {
   using Feature = BodyMotion::Feature;
+  ++changes_;
   CandidateList& list = lists_[l];
   ListState& state = states_[l];
   state.selected_stray = stray(list);

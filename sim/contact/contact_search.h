@@ -73,6 +73,10 @@ struct CandidateList : FeaturePairs {
   double drift = 0;
 
   bool is_self() const { return body_a == body_b; }
+  // Returns the number of candidates. Neighbours at rest are none.
+  std::size_t candidate_count() const {
+    return vertex_triangle.size() + triangle_vertex.size() + edge_edge.size();
+  }
 };
 
 // Returns an empty list for every pair of bodies that the contact search covers, at any distance.
@@ -154,6 +158,13 @@ class ContactSearch {
   // Returns the processor that runs the search. If a device fails, the CPU takes over with the same
   // results.
   const ComputeChoice& compute() const { return search_.choice; }
+  // Returns a number that changes whenever lists(), but for their drift, may have changed.
+  std::int64_t changes() const { return changes_; }
+  // Adds to the reason of compute() that the narrow phase of the device has failed.
+  void note_failure(const std::string& reason) {
+    search_.choice.reason += "; its narrow phase failed: " + reason;
+  }
+  std::unique_ptr<DeviceContact> make_device_contact() const;
 
  private:
   using Box = BodyTree::Box;
@@ -222,6 +233,7 @@ class ContactSearch {
   BodyTree tree_;             // tree of the results of enlarged_box()
   std::vector<char> placed_;  // by body: nonzero if this update gives it a new box
   std::vector<CandidateList> lists_;
+  std::int64_t changes_ = 0;
   std::vector<ListState> states_;  // by list
   std::vector<Renewal> renewals_;  // by body
   std::vector<int> near_bodies_;   // indices of the bodies of near lists

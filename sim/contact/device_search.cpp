@@ -5,16 +5,17 @@
 
 #include "gpu/compute_traversal.h"
 #include "gpu/gl_context.h"
+#include "sim/contact/device_contact.h"
 
 namespace weft::sim {
 
 namespace {
 
-std::unique_ptr<gpu::GlContext> make_context(ComputeBackend backend) {
+std::shared_ptr<gpu::GlContext> make_context(ComputeBackend backend) {
   if (backend == ComputeBackend::gpu) {
-    return std::make_unique<gpu::GlContext>(gpu::GlBackend::hardware);
+    return std::make_shared<gpu::GlContext>(gpu::GlBackend::hardware);
   }
-  return std::make_unique<gpu::GlContext>(gpu::software_backend());
+  return std::make_shared<gpu::GlContext>(gpu::software_backend());
 }
 
 // Returns the images on the device: those of all bodies, for queries of two bodies, and then those
@@ -45,6 +46,10 @@ class OpenGlSearch : public PairSearch {
 
   std::string device() const { return context_->device(); }
   bool takes_frames() const override { return true; }
+  std::unique_ptr<DeviceContact> make_device_contact() const override {
+    if (context_->backend() != gpu::GlBackend::hardware) return nullptr;
+    return sim::make_device_contact(scene_, context_);
+  }
 
   // Rebuilds pyramids on the device and, for pairs with moving rigid obstacles, on the CPU. A body
   // with a pyramid on both processors counts once in the result.
@@ -110,7 +115,7 @@ class OpenGlSearch : public PairSearch {
 
   const Scene& scene_;
   std::vector<int> own_images_;  // by body: its image for queries with itself; -1 without
-  std::unique_ptr<gpu::GlContext> context_;
+  std::shared_ptr<gpu::GlContext> context_;  // shared with the results of make_device_contact()
   gpu::ComputePyramid pyramids_;
   gpu::ComputeTraversal traversal_;
   std::vector<char> is_rigid_;  // by body: nonzero if its last path was that of a rigid obstacle

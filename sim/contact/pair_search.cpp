@@ -3,6 +3,8 @@
 #include <cassert>
 #include <optional>
 
+#include "sim/contact/device_contact.h"
+
 namespace weft::sim {
 
 namespace {
@@ -102,6 +104,8 @@ class CpuSearch : public PairSearch {
 };
 
 }  // namespace
+
+std::unique_ptr<DeviceContact> PairSearch::make_device_contact() const { return nullptr; }
 
 std::unique_ptr<PairSearch> make_cpu_search(const Scene& scene) {
   return std::make_unique<CpuSearch>(scene);

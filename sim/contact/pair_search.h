@@ -37,6 +37,8 @@ struct PairQuery {
   double margin = 0;  // m
 };
 
+class DeviceContact;
+
 class PairSearch {
  public:
   virtual ~PairSearch() = default;
@@ -55,6 +57,9 @@ class PairSearch {
   virtual void find(std::span<const PairQuery> queries,
                     std::vector<std::vector<bsi::LeafPair>>& found,
                     bsi::TraversalCounters& counters) = 0;
+  // Returns the narrow phase on the graphics processor of this search, or null if the search runs
+  // on the CPU or on a processor that OpenGL emulates.
+  virtual std::unique_ptr<DeviceContact> make_device_contact() const;
 };
 
 std::unique_ptr<PairSearch> make_cpu_search(const Scene& scene);

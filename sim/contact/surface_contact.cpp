@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "bsi/continuous_collision.h"
 #include "materials/contact.h"
 #include "sim/base/parallel.h"
 #include "sim/case/case_text.h"
+#include "sim/contact/contact_stiffness.h"
 #include "sim/contact/surface_features.h"
 
 namespace weft::sim {
@@ -95,7 +97,6 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
       statistics_(statistics),
       search_(scene, statistics, std::move(search)),
       range_(scene.source.contact.range),
-      stiffness_(scene.source.contact.stiffness),
       damping_time_(scene.source.contact.damping_time),
       friction_speed_(scene.source.contact.friction_speed),
       hold_rate_(friction_speed_ / scene.source.contact.sticking_distance.value_or(1)),
@@ -115,18 +116,16 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
   for (std::size_t b = scene.dynamic_bodies; b < scene.bodies.size(); ++b) {
     if (scene.bodies[b].moves) moving_obstacles_.push_back(static_cast<int>(b));
   }
-}
-
-// Returns the mean area (m^2) around the vertices of the dynamic feature, or of both features if
-// both are dynamic. The resolution of obstacles therefore does not change the stiffness of contact.
-double SurfaceContact::pair_area(const std::array<int, 4>& nodes, int split) const {
-  double sum[2] = {0, 0};
-  for (int i = 0; i < 4; ++i) sum[i < split ? 0 : 1] += scene_.contact_area[nodes[i]];
-  sum[0] /= split;
-  sum[1] /= 4 - split;
-  const bool first = is_dynamic(nodes[0]), second = is_dynamic(nodes[3]);
-  if (first && second) return 0.5 * (sum[0] + sum[1]);
-  return first ? sum[0] : sum[1];
+  // The timed choice of `auto` must not change a bit of a trajectory, so that the device evaluates
+  // only where the case asks for it. On the device, all points must be in place, sleeping bodies
+  // are not touched, and there are neither spheres nor anchors.
+  const bool is_possible = scene.source.compute.backend == ComputeBackend::gpu &&
+                           search_.obstacles().all().empty() &&
+                           !scene.source.contact.sticking_distance &&
+                           std::ranges::none_of(scene.bodies, [](const SceneBody& body) {
+                             return body.sleeps || body.spheres != nullptr;
+                           });
+  if (is_possible) device_ = search_.make_device_contact();
 }
 
 double SurfaceContact::range_of(const PairGroup& group) const {
@@ -147,12 +146,12 @@ ContactLaw SurfaceContact::law_of(const PairGroup& group, const std::array<int, 
   if (group.of_spheres) return spheres_.of(group.body_a, group.body_b, range);
   ContactLaw law{range, 0, damping_time_, group.friction, friction_speed_};
   if (!group.samples) {
-    law.stiffness =
-        stiffness_ / (short_range * short_range) * pair_area(nodes, group.edges ? 2 : 1);
+    law.stiffness = pair_stiffness(scene_, nodes, group.edges);
+  } else if (group.on_spheres) {
+    // Spheres have no samples, so that those of the other side count in full.
+    law.stiffness = scene_.source.contact.stiffness * scene_.contact_area[nodes[0]];
   } else {
-    // Against spheres there are no samples of the other side.
-    const bool both = !group.on_spheres && scene_.bodies[group.surface].dynamic;
-    law.stiffness = (both ? 0.5 : 1.0) * stiffness_ * scene_.contact_area[nodes[0]];
+    law.stiffness = sample_stiffness(scene_, scene_.bodies[group.surface], nodes[0]);
   }
   return law;
 }
@@ -262,6 +261,15 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
   PhaseTimer timer(statistics_.phases.narrow_phase);
   const std::span<const Vec3> position = measured_at_ = now.position();
   if (friction_.any()) find_spins(now, velocity);
+  if (uses_device()) {
+    try {
+      return evaluate_on_device(now, velocity);
+    } catch (const std::runtime_error& error) {
+      search_.note_failure(error.what());
+      device_.reset();
+      clear();
+    }
+  }
   begin_placing();
   if (has_anchors()) place_anchors(now);
   for (const PairGroup& group : groups_within(range_, short_range * range_)) {
@@ -284,6 +292,43 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
       }
       join(part);
     }
+  }
+  statistics_.counters.friction_terms += static_cast<std::int64_t>(sliding_.size());
+  return std::nullopt;
+}
+
+// Returns true if there is a device, which is likely to be faster than the CPU.
+bool SurfaceContact::uses_device() const {
+  if (device_ == nullptr) return false;
+  std::size_t candidates = 0;
+  for (const CandidateList& list : search_.lists()) candidates += list.candidate_count();
+  return candidates >= least_candidates_for_device;
+}
+
+std::optional<ContactFault> SurfaceContact::evaluate_on_device(const PlacedPoints& now,
+                                                               std::span<const Vec3> velocity) {
+  if (on_device_ != search_.changes()) {
+    device_->set_candidates(search_.lists(), surfaces_, rest_);
+    on_device_ = search_.changes();
+  }
+  DeviceContact::Found found{std::move(pairs_), std::move(sliding_), std::move(mollified_)};
+  const auto touching =
+      device_->evaluate(search_.lists(), friction_, {now.position(), velocity, spins_}, found);
+  pairs_ = std::move(found.pairs);
+  sliding_ = std::move(found.sliding);
+  mollified_ = std::move(found.mollified);
+  for (const CandidateList& list : search_.lists())
+    statistics_.counters.narrow_phase_calls += static_cast<std::int64_t>(list.candidate_count());
+  if (touching) {
+    clear();
+    const bsi::Closest closest = closest_of(touching->edges, touching->nodes, now.position());
+    return ContactFault{ContactFault::Kind::touching, touching->nodes,
+                        std::sqrt(closest.squared_distance) - touching->thickness};
+  }
+  for (ContactPair& pair : pairs_) {
+    if (!definite_) break;
+    make_definite(pair);
+    if (pair.sliding >= 0) make_definite(pair, sliding_[pair.sliding]);
   }
   statistics_.counters.friction_terms += static_cast<std::int64_t>(sliding_.size());
   return std::nullopt;
@@ -433,10 +478,7 @@ void SurfaceContact::add_pair(const PairLaw& of, const Pair& features, const bsi
   pair.surface = of.surface;
   const double barrier_push =
       apply_push(law, features.thickness, of.mollifier, closest, velocity, pair);
-  if (definite_) {
-    pair.stiffness = std::max(pair.stiffness, 0.0);
-    pair.damping = std::max(pair.damping, 0.0);
-  }
+  if (definite_) make_definite(pair);
   if (law.friction > 0) {
     const bsi::FourPoints points{position[pair.nodes[0]], position[pair.nodes[1]],
                                  position[pair.nodes[2]], position[pair.nodes[3]]};
@@ -446,13 +488,23 @@ void SurfaceContact::add_pair(const PairLaw& of, const Pair& features, const bsi
     auto sliding =
         friction_of(law, kind, barrier_push, closest, points, velocity, spin, of.from_anchor, pair);
     if (sliding) {
-      if (definite_ && scene_.source.time.newton > 0) use_secant(pair.normal, *sliding);
-      if (definite_ && of.coefficient < 0) sliding->slope.setZero();
+      if (definite_) make_definite(pair, *sliding);
       pair.sliding = static_cast<int>(found.sliding.size());
       found.sliding.push_back(*sliding);
     }
   }
   found.pairs.push_back(pair);
+}
+
+// See keep_matrix_definite().
+void SurfaceContact::make_definite(ContactPair& pair) {
+  pair.stiffness = std::max(pair.stiffness, 0.0);
+  pair.damping = std::max(pair.damping, 0.0);
+}
+
+void SurfaceContact::make_definite(const ContactPair& pair, Sliding& sliding) const {
+  if (scene_.source.time.newton > 0) use_secant(pair.normal, sliding);
+  if (pair.coefficient < 0) sliding.slope.setZero();
 }
 
 // Returns the value of the mollifier of two edges. Records the forces from its slope. They turn the
@@ -462,10 +514,8 @@ double SurfaceContact::mollify(const Pair& pair, const bsi::Closest& closest,
                                Found& found) const {
   const auto& [p0, p1, q0, q1] = pair.nodes;
   const Vec3 a = position[p1] - position[p0], b = position[q1] - position[q0];
-  const double threshold =
-      1e-3 * (rest_[p1] - rest_[p0]).squaredNorm() * (rest_[q1] - rest_[q0]).squaredNorm();
-  const materials::MollifierDerivatives m =
-      materials::edge_edge_mollifier(a.cross(b).squaredNorm(), threshold);
+  const materials::MollifierDerivatives m = materials::edge_edge_mollifier(
+      a.cross(b).squaredNorm(), parallel_threshold(rest_, pair.nodes));
   const double gap = std::sqrt(closest.squared_distance) - pair.thickness;
   if (m.first == 0 || !(gap > 0)) return m.value;
   const double energy = materials::barrier(gap, law.range, law.stiffness).value;

@@ -15,6 +15,7 @@
 #include "sim/contact/anchors.h"
 #include "sim/contact/contact_pair.h"
 #include "sim/contact/contact_search.h"
+#include "sim/contact/device_contact.h"
 #include "sim/contact/pair_friction.h"
 #include "sim/contact/sphere_contact_laws.h"
 #include "sim/scene/scene.h"
@@ -65,12 +66,6 @@ struct OpenPair {
 struct Meeting {
   ContactPair pair;  // nodes, weights and normal where they meet; without forces
   double room = 0;   // m, by which the features may approach each other along the normal
-};
-
-// Forces (N) from the slope of the mollifier on the four points of two nearly parallel edges.
-struct MollifierForce {
-  std::array<int, 4> nodes{};
-  std::array<Vec3, 4> force;
 };
 
 // Contact of samples with surfaces. Each vertex of a dynamic surface is a sample of the area around
@@ -207,20 +202,21 @@ class SurfaceContact {
     Pair pair(std::size_t i) const { return {nodes[i], edges, thickness}; }
   };
   // Results of measuring one chunk of the candidates.
-  struct Found {
-    std::vector<ContactPair> pairs;
-    std::vector<Sliding> sliding;
-    std::vector<MollifierForce> mollified;
+  struct Found : DeviceContact::Found {
     std::optional<ContactFault> fault;
   };
 
   template <class Visit>
   void visit_candidates(double reach, const Visit& visit) const;
-  double pair_area(const std::array<int, 4>& nodes, int split) const;
   double range_of(const PairGroup& group) const;
   double path_distance(const PairGroup& group) const;
   ContactLaw law_of(const PairGroup& group, const std::array<int, 4>& nodes) const;
   bool is_dynamic(int point) const { return point < scene_.dynamic_points; }
+  bool uses_device() const;
+  std::optional<ContactFault> evaluate_on_device(const PlacedPoints& now,
+                                                 std::span<const Vec3> velocity);
+  static void make_definite(ContactPair& pair);
+  void make_definite(const ContactPair& pair, Sliding& sliding) const;
   void find_spins(const PlacedPoints& now, std::span<const Vec3> velocity);
   void begin_placing();
   void place_nodes(const PairGroup& group, const PlacedPoints& start, const PlacedPoints& end);
@@ -280,7 +276,7 @@ class SurfaceContact {
   const Scene& scene_;
   Statistics& statistics_;
   ContactSearch search_;
-  double range_, stiffness_, damping_time_, friction_speed_;
+  double range_, damping_time_, friction_speed_;
   double hold_rate_ = 0;                    // ContactLaw::hold_rate
   const AnchorHistory* anchors_ = nullptr;  // null: contacts are not anchored
   std::span<const Vec3> measured_at_;       // positions of the last evaluate(), m
@@ -300,6 +296,8 @@ class SurfaceContact {
   std::size_t added_pairs_ = 0;  // number of pairs of add_pair(), at the end of pairs_
   std::vector<Sliding> sliding_;
   std::vector<MollifierForce> mollified_;
+  std::unique_ptr<DeviceContact> device_;  // null if the CPU evaluates
+  std::int64_t on_device_ = -1;            // ContactSearch::changes() of the device's candidates
 };
 
 }  // namespace weft::sim

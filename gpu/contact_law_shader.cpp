@@ -1,0 +1,222 @@
+// The compute shader of the contact law. Operations are those of materials/contact.h and
+// sim/contact/contact_pair.cpp.
+#include "gpu/narrow_phase_shaders.h"
+
+namespace weft::gpu::shaders {
+
+// log x = e log 2 + log(1 + f) with x = 2^e (1 + f) and 1 + f within [sqrt(1/2), sqrt(2)). With
+// s = f / (2 + f), log(1 + f) = 2 artanh(s) = f - (f^2/2 - s (f^2/2 + r)), where r is the series
+// from 2/3 s^2 on. The leading terms are exact or small, as in fdlibm's e_log.c.
+const char* const logarithm = R"(
+// The logarithm of 2 in two parts. The first has 32 bits, so that its product with an exponent is
+// exact.
+const double log_2_high = packDouble2x32(uvec2(0xFEE00000u, 0x3FE62E42u));
+const double log_2_low = packDouble2x32(uvec2(0x35793C76u, 0x3DEA39EFu));
+double log_of(double x) {
+  uvec2 bits = unpackDouble2x32(x);
+  int exponent = int(bits.y >> 20) - 1023;
+  double mantissa = packDouble2x32(uvec2(bits.x, (bits.y & 0xFFFFFu) | 0x3FF00000u));
+  if (mantissa > 1.4142135623730951lf) {
+    mantissa *= 0.5lf;
+    ++exponent;
+  }
+  precise double f = mantissa - 1.0lf;
+  precise double s = f / (2.0lf + f);
+  precise double z = s * s;
+  precise double series = 2.0lf / 21.0lf;
+  for (int k = 19; k >= 3; k -= 2) series = series * z + 2.0lf / double(k);
+  precise double r = series * z;
+  precise double half_square = 0.5lf * f * f;
+  double e = double(exponent);
+  precise double result =
+      e * log_2_high - ((half_square - (s * (half_square + r) + e * log_2_low)) - f);
+  return result;
+}
+)";
+
+namespace {
+
+const char* const law_main = R"(
+layout(std430, binding = 6) writeonly buffer Pushes { double pushes[]; };
+layout(std430, binding = 7) writeonly buffer Slidings { double slidings[]; };
+uniform uint point_count;
+
+struct Barrier { double value, first, second, third; };
+Barrier barrier_of(double gap, double range, double stiffness) {
+  if (gap >= range) return Barrier(0.0lf, 0.0lf, 0.0lf, 0.0lf);
+  precise double inverse = 1.0lf / gap;
+  precise double depth = gap - range;
+  precise double relative = depth * inverse, ratio = range * inverse;
+  double logarithm = log_of(gap / range);
+  precise double value = -stiffness * depth * depth * logarithm;
+  precise double first = -stiffness * depth * (2.0lf * logarithm + relative);
+  precise double second = -stiffness * (2.0lf * logarithm + (4.0lf - relative) * relative);
+  precise double third = -2.0lf * stiffness * inverse * (1.0lf + ratio * (1.0lf + ratio));
+  return Barrier(value, first, second, third);
+}
+
+struct Push { double force, stiffness, damping; };
+Push damped_push(Barrier barrier, double gap, Group group, double gap_rate) {
+  const double onset = 0.01lf;
+  double push = -barrier.first;
+  if (!(push > 0.0lf)) return Push(0.0lf, 0.0lf, 0.0lf);
+  precise double depth = 1.0lf - gap / group.range;
+  precise double share = depth / (depth + onset);
+  precise double share_slope = -onset / ((depth + onset) * (depth + onset) * group.range);
+  precise double damping = group.damping_time * barrier.second * share;
+  precise double damping_slope =
+      group.damping_time * (barrier.third * share + barrier.second * share_slope);
+  precise double z = damping * gap_rate / push;
+  if (z <= 0.0lf) {
+    precise double force = push - damping * gap_rate;
+    precise double stiffness = barrier.second + damping_slope * gap_rate;
+    return Push(force, stiffness, damping);
+  }
+  if (z >= 1.0lf) return Push(0.0lf, 0.0lf, 0.0lf);
+  precise double psi = (1.0lf - z) * (1.0lf - z) * (1.0lf + z);
+  precise double slope = (3.0lf * z + 1.0lf) * (z - 1.0lf);
+  precise double force = push * psi;
+  precise double stiffness =
+      barrier.second * (psi - z * slope) - slope * damping_slope * gap_rate;
+  return Push(force, stiffness, -damping * slope);
+}
+
+void store_vector(uint buffer_place, dvec3 vector) {
+  for (uint i = 0u; i < 3u; ++i) pushes[buffer_place + i] = vector[i];
+}
+// Stores the forces from the slope of the mollifier of two edges, and returns its value.
+double mollify(uint term, dvec3 a, dvec3 b, double threshold, Barrier barrier, inout uint flags) {
+  dvec3 product = cross_of(a, b);
+  double c = dot_of(product, product);
+  if (c >= threshold) return 1.0lf;
+  precise double inverse = 1.0lf / threshold;
+  precise double ratio = c * inverse;
+  precise double factor = -barrier.value * (2.0lf * (1.0lf - ratio) * inverse) * 2.0lf;
+  double along = dot_of(a, b);
+  precise dvec3 on_a = factor * (dot_of(b, b) * a - along * b);
+  precise dvec3 on_b = factor * (dot_of(a, a) * b - along * a);
+  store_vector(18u * term + 12u, on_a);
+  store_vector(18u * term + 15u, on_b);
+  flags |= 2u;
+  precise double value = ratio * (2.0lf - ratio);
+  return value;
+}
+
+// Finds the matrices that give the angular velocity of the surface spanned by e1 and e2 from their
+// rates. Returns false if e1 and e2 are nearly parallel.
+bool find_turning(dvec3 e1, dvec3 e2, out dmat3 turn1, out dmat3 turn2) {
+  dvec3 across = cross_of(e1, e2);
+  double squared_area = dot_of(across, across);
+  turn1 = turn2 = dmat3(0.0lf);
+  if (!(squared_area > thin_squared_sine * dot_of(e1, e1) * dot_of(e2, e2))) return false;
+  double area = sqrt(squared_area);
+  dvec3 m = across / area, q1 = e2 / area, q2 = -e1 / area;
+  turn1 = outerProduct(0.5lf * m, q1) - outerProduct(q1, m);
+  turn2 = outerProduct(0.5lf * m, q2) - outerProduct(q2, m);
+  return true;
+}
+// Sets the part of the levers that comes from the rotation of the second feature.
+bool turn_levers(bool edges, dvec3 x[4], dvec3 separation, inout dmat3 lever[4]) {
+  dmat3 turn1, turn2;
+  dvec3 e1 = edges ? x[1] - x[0] : x[2] - x[1], e2 = edges ? x[3] - x[2] : x[3] - x[1];
+  if (!find_turning(e1, e2, turn1, turn2)) return false;
+  dmat3 arm = dmat3(0.0lf, separation.z, -separation.y, -separation.z, 0.0lf, separation.x,
+                    separation.y, -separation.x, 0.0lf);
+  dmat3 first = arm * turn1, second = arm * turn2;
+  if (edges) {
+    lever[0] -= first;
+    lever[1] += first;
+    lever[2] -= second;
+  } else {
+    lever[1] -= first + second;
+    lever[2] += first;
+  }
+  lever[3] += second;
+  return true;
+}
+void store_matrix(uint place, dmat3 matrix) {
+  for (uint i = 0u; i < 9u; ++i) slidings[place + i] = matrix[i / 3u][i % 3u];
+}
+// Stores the friction of a term. Returns false if it has none.
+bool slide(uint term, Group group, double limit, Closest closest, dvec3 normal, dvec3 x[4],
+           dvec3 v[4]) {
+  if (limit == 0.0lf) return false;
+  dmat3 across = dmat3(1.0lf) - outerProduct(normal, normal);
+  dmat3 lever[4];
+  dvec3 u = dvec3(0.0lf);
+  for (int i = 0; i < 4; ++i) lever[i] = dmat3(closest.weight[i]);
+  if (has(group, 4u)) {
+    u = -(across * cross_of(dvec3(group.spin_x, group.spin_y, group.spin_z), closest.separation));
+  } else if (!turn_levers(has(group, 1u), x, closest.separation, lever)) {
+    return false;
+  }
+  for (int i = 0; i < 4; ++i) {
+    lever[i] = across * lever[i];
+    u += lever[i] * v[i];
+    store_matrix(48u * term + 9u * uint(i), lever[i]);
+  }
+  double speed = sqrt(dot_of(u, u)), inverse = 1.0lf / group.friction_speed;
+  double ratio = speed * inverse;
+  bool full = speed >= group.friction_speed;
+  double over_speed = full ? 1.0lf / speed : (2.0lf - ratio) * inverse;
+  double slope = full ? 0.0lf : 2.0lf * (1.0lf - ratio) * inverse;
+  dvec3 force = -limit * over_speed * u;
+  for (uint i = 0u; i < 3u; ++i) slidings[48u * term + 36u + i] = force[i];
+  dmat3 slopes = limit * over_speed * across;
+  if (speed > 0.0lf)
+    slopes += limit * (slope - over_speed) * outerProduct(u / speed, u / speed);
+  store_matrix(48u * term + 39u, slopes);
+  return true;
+}
+
+void apply_law(uint term) {
+  uint i = terms[term].x, source = terms[term].y & 7u;
+  double coefficient = double(int(terms[term].y) >> 3);
+  Row row = rows[terms[term].z];
+  Group group = groups[row.group];
+  bool edges = has(group, 1u);
+  dvec3 x[4], v[4];
+  for (uint k = 0u; k < 4u; ++k) {
+    x[k] = vector_at(candidates[i].points[k]);
+    v[k] = vector_at(point_count + candidates[i].points[k]);
+  }
+  Closest closest;
+  if (edges) closest = closest_edge_edge(x[0], x[1], x[2], x[3]);
+  else if (source == 0u) closest = closest_vertex_triangle(x[0], x[1], x[2], x[3]);
+  else closest = closest_on_border(x[0], dvec3[](x[1], x[2], x[3]), source);
+  precise double distance = sqrt(closest.squared_distance);
+  precise double gap = distance - group.thickness;
+  if (!(gap > 0.0lf)) return;  // find_terms has noted it
+  precise dvec3 normal = closest.separation / distance;
+  uint flags = 0u;
+  double stiffness = row.stiffness;
+  Barrier barrier = barrier_of(gap, group.range, stiffness);
+  if (row.parallel_threshold > 0.0lf) {
+    stiffness *= mollify(term, x[1] - x[0], x[3] - x[2], row.parallel_threshold, barrier, flags);
+    barrier = barrier_of(gap, group.range, stiffness);
+  }
+  precise dvec3 relative = dvec3(0.0lf);
+  for (int k = 0; k < 4; ++k) relative += closest.weight[k] * v[k];
+  Push push = damped_push(barrier, gap, group, dot_of(normal, relative));
+  for (uint k = 0u; k < 4u; ++k) pushes[18u * term + k] = closest.weight[k];
+  store_vector(18u * term + 4u, normal);
+  pushes[18u * term + 7u] = gap;
+  store_vector(18u * term + 8u,
+               coefficient * dvec3(barrier.value, push.force, push.stiffness));
+  pushes[18u * term + 11u] = coefficient * push.damping;
+  double limit = group.friction * (-coefficient * barrier.first);
+  if (slide(term, group, limit, closest, normal, x, v)) flags |= 1u;
+  terms[term].w = flags;
+}
+
+void main() {
+  uint count = min(lists[1].w, term_capacity);
+  for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * 64u) apply_law(i);
+}
+)";
+
+}  // namespace
+
+std::string apply_law() { return candidates_and_closest_points() + logarithm + law_main; }
+
+}  // namespace weft::gpu::shaders
