@@ -206,8 +206,6 @@ class SurfaceContact {
     std::optional<ContactFault> fault;
   };
 
-  template <class Visit>
-  void visit_candidates(double reach, const Visit& visit) const;
   double range_of(const PairGroup& group) const;
   double path_distance(const PairGroup& group) const;
   ContactLaw law_of(const PairGroup& group, const std::array<int, 4>& nodes) const;
