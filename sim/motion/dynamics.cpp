@@ -99,64 +99,6 @@ void Dynamics::add_mass_damping() {
   }
 }
 
-void Dynamics::share_history(const Dynamics& other) {
-  if (other.creases_) {
-    creases_ = other.creases_;
-    for (const auto& force : forces_) force->use_creases(*creases_);
-  }
-  if (other.anchors_ && contact_) {
-    anchors_ = other.anchors_;
-    contact_->use_anchors(*anchors_);
-  }
-}
-
-void Dynamics::accept_history(double time, std::span<const double> y) {
-  if (creases_) {
-    const Kinematics state = kinematics(time, y);
-    creases_->begin_accept(time);
-    for (const auto& force : forces_) force->advance_creases(state, *creases_, threads_);
-    creases_->end_accept();
-  }
-  if (anchors_) accept_anchors(time, y);
-}
-
-// Contact is evaluated with the anchors so far. A state that contact refuses keeps them.
-void Dynamics::accept_anchors(double time, std::span<const double> y) {
-  set_time(time);
-  expand(time, y, position_, velocity_);
-  const bool is_refused = evaluate_contact(time).has_value();
-  anchors_->begin_accept(time);
-  if (!is_refused) contact_->advance_anchors(anchors_->at_end());
-  anchors_->end_accept();
-}
-
-CreaseHistory::Creases Dynamics::creases_of(double time, std::span<const double> y, int body) {
-  if (!creases_) return {};
-  const Kinematics state = kinematics(time, y);
-  CreaseHistory advanced = *creases_;
-  for (const auto& force : forces_) force->advance_creases(state, advanced, threads_);
-  const auto creases = advanced.advanced(scene_.case_index(body));
-  return {creases.begin(), creases.end()};
-}
-
-void Dynamics::restart_history(double time, std::span<const double> y) {
-  const bool creases = creases_ && creases_->take_back(time);
-  const bool anchors = anchors_ && anchors_->take_back(time);
-  if (creases || anchors) accept_history(time, y);
-}
-
-void Dynamics::transfer_history(StateArchive& archive) {
-  if (creases_) creases_->transfer(archive);
-  if (!anchors_) return;
-  anchors_->transfer(archive, [&](Anchors& anchors) { transfer(archive, anchors, scene_); });
-}
-
-// Selects the history from which forces at `time` (s) follow.
-void Dynamics::choose_history(double time) {
-  if (creases_) creases_->choose(time);
-  if (anchors_) anchors_->choose(time);
-}
-
 std::optional<ContactFault> Dynamics::check_limits(double time, std::span<const double> y) {
   if (!has_limits_) return std::nullopt;
   const Kinematics state = kinematics(time, y);
@@ -305,6 +247,18 @@ void Dynamics::advance_pins(double time, double factor, std::span<double> y) con
       x[held.particles[i]] += factor * velocity[i];
       v[held.particles[i]] += factor * acceleration[i];
     }
+  });
+}
+
+// Sets the accelerations (m/s^2) of moving pins. Other entries keep their values. Sets nothing if a
+// load is set, because all pins then count as at rest.
+void Dynamics::find_accelerations_of_pins(double time, std::span<Vec3> acceleration) const {
+  if (load_) return;
+  visit_moving_pins([&](const PrescribedMotion& held) {
+    std::vector<Vec3> velocity(held.start.size()), rate(held.start.size());
+    held.motion.rates(time, held.start, velocity, rate, is_before_jump(time));
+    for (std::size_t i = 0; i < held.particles.size(); ++i)
+      acceleration[held.particles[i]] = rate[i];
   });
 }
 
@@ -578,170 +532,6 @@ void Dynamics::assemble_again(const Linearisation& place) {
   }
   if (creases_) creases_->fix(nullptr);
   if (anchors_) anchors_->fix(nullptr);
-}
-
-std::vector<std::string> Dynamics::force_names() const {
-  std::vector<std::string> names;
-  for (const auto& force : forces_) names.emplace_back(force->name());
-  return names;
-}
-
-Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y) {
-  const PhaseTimer timer(statistics_.phases.energies);
-  const Kinematics state = kinematics(time, y);
-  Energies energies;
-  energies.kinetic = 0.5 * mass_.product(state.velocity, state.velocity, threads_);
-  energies.gravitational = -gravity_.dot(mass_moment(scene_.mass, state.position));
-  if (creases_) energies.dissipated = 0;
-  for (const auto& force : forces_) {
-    energies.elastic.emplace_back(force->name(), force->energy(state, threads_));
-    if (force->is_constraint()) energies.constraints += energies.elastic.back().second;
-    if (creases_) *energies.dissipated += force->dissipated(state, threads_);
-  }
-  if (contact_) energies.contact = contact_->energy();
-  return energies;
-}
-
-Energies Dynamics::energies(double time, std::span<const double> y) {
-  if (contact_) {
-    set_time(time);
-    expand(time, y, position_, velocity_);
-    // After a fault, contact would have no pairs. Accepted states have no fault.
-    static_cast<void>(evaluate_contact(time));
-  }
-  return energies_at_last_rate(time, y);
-}
-
-double Dynamics::external_power(double time, std::span<const double> y) {
-  const Kinematics state = kinematics(time, y);
-  std::vector<Vec3> force(state.position.size(), Vec3::Zero());
-  for (const auto& each : forces_) {
-    if (each->is_external()) each->add_forces(state, force, threads_);
-  }
-  for (const int i : held_) force[i].setZero();
-  double power = 0;
-  for (std::size_t i = 0; i < force.size(); ++i) power += force[i].dot(state.velocity[i]);
-  for (const auto& each : forces_) power += each->power_of_moving_points(state);
-  return power;
-}
-
-void Dynamics::find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force,
-                                  std::vector<int>& loaded) {
-  set_time(time);
-  expand(time, y, position_, velocity_);
-  const auto count = static_cast<std::size_t>(scene_.dynamic_particles);
-  force.resize(position_.size(), Vec3::Zero());
-  std::fill_n(force.begin(), count, Vec3::Zero());
-  for (const int particle : loaded) force[particle].setZero();
-  loaded.clear();
-  const Kinematics state{std::span(position_).first(count), std::span(velocity_).first(count)};
-  for (const auto& each : forces_) {
-    if (!each->is_external()) each->add_forces(state, std::span(force).first(count), threads_);
-  }
-  if (contact_) {
-    // After a fault, contact would have no pairs. Accepted states have no fault.
-    static_cast<void>(evaluate_contact(time));
-    contact_->add_forces(force);
-    contact_->find_loaded_obstacles(loaded);
-  }
-  if (!mass_.is_diagonal() && pins_move_)
-    subtract_coupled_inertia(time, state, std::span(force).first(count));
-}
-
-// Subtracts M_pf (a_f - r v_f) from the forces F_p on pins p, with the free particles f and the
-// rate r of mass damping. The energy E = v_f . M_ff v_f / 2 + v_f . M_fp v_p + U excludes the
-// kinetic energy of the pins alone. Without external forces, dE/dt is at most -F_p . v_p with the
-// reduced F_p.
-void Dynamics::subtract_coupled_inertia(double time, const Kinematics& state,
-                                        std::span<Vec3> force) {
-  std::vector<Vec3> inertia(force.begin(), force.end());
-  for (const auto& each : forces_) {
-    if (each->is_external()) each->add_forces(state, inertia, threads_);
-  }
-  add_weight_and_damping(state, inertia);
-  solve_for_accelerations(time, inertia);
-  for (std::size_t i = 0; i < mass_damping_.size(); ++i) {
-    if (scene_.pinned[i] == 0) inertia[i] -= mass_damping_[i] * state.velocity[i];
-  }
-  for (const int i : held_) force[i] -= mass_.row_product(i, inertia.data());
-}
-
-void Dynamics::find_force_parts(double time, std::span<const double> y, ForceParts& parts) {
-  set_time(time);
-  expand(time, y, position_, velocity_);
-  if (load_) std::fill(velocity_.begin(), velocity_.end(), Vec3::Zero());
-  const auto count = static_cast<std::size_t>(scene_.dynamic_particles);
-  const Kinematics state{std::span(position_).first(count), std::span(velocity_).first(count)};
-  parts.own.resize(count);
-  add_forces(state, parts.own);
-  parts.outer.clear();
-  for (const auto& each : forces_) each->list_outer_forces(state, parts.outer);
-  add_weight_and_damping(state, parts.own);
-  parts.contact.assign(count, Vec3::Zero());
-  parts.friction.assign(count, Vec3::Zero());
-  parts.obstacles.assign(scene_.bodies.size(), {});
-  if (contact_) {
-    // After a fault, contact would have no pairs. Accepted states have no fault.
-    static_cast<void>(evaluate_contact(time));
-    contact_->add_forces(parts.contact, parts.friction);
-    contact_->add_wrenches(position_, parts.obstacles);
-  }
-  find_forces_of_pins(time, parts);
-}
-
-// A pin exerts M a - F on the particles that it holds. With the consistent mass of shells, M a
-// includes accelerations of free particles.
-void Dynamics::find_forces_of_pins(double time, ForceParts& parts) {
-  const auto force = [&](int i) {
-    return Vec3(parts.own[i] + parts.contact[i] + parts.friction[i]);
-  };
-  parts.support.assign(parts.own.size(), Vec3::Zero());
-  if (mass_.is_diagonal() || held_.empty()) {
-    find_accelerations_of_pins(time, parts.support);
-    for (const int i : held_) {
-      parts.support[i] =
-          scene_.mass[i] * parts.support[i] - parts.own[i] - parts.contact[i] - parts.friction[i];
-    }
-    return;
-  }
-  std::vector<Vec3> acceleration(parts.own.size());
-  for (int i = 0; i < particle_count(); ++i) acceleration[i] = force(i);
-  solve_for_accelerations(time, acceleration);
-  find_accelerations_of_pins(time, acceleration);
-  for (const int i : held_) parts.support[i] = mass_.row_product(i, acceleration.data()) - force(i);
-}
-
-// Sets the accelerations (m/s^2) of moving pins. Other entries keep their values. Sets nothing if a
-// load is set, because all pins then count as at rest.
-void Dynamics::find_accelerations_of_pins(double time, std::span<Vec3> acceleration) const {
-  if (load_) return;
-  visit_moving_pins([&](const PrescribedMotion& held) {
-    std::vector<Vec3> velocity(held.start.size()), rate(held.start.size());
-    held.motion.rates(time, held.start, velocity, rate, is_before_jump(time));
-    for (std::size_t i = 0; i < held.particles.size(); ++i)
-      acceleration[held.particles[i]] = rate[i];
-  });
-}
-
-Dynamics::LargestStretch Dynamics::find_largest_stretch(std::span<const Vec3> position) const {
-  double largest = -1;
-  int particle = 0;
-  for (int b = 0; b < scene_.dynamic_bodies; ++b) {
-    const SceneBody& body = scene_.bodies[b];
-    const Vec3* x = position.data() + body.first_particle;
-    for (const std::array<int, 3>& triangle : body.mesh.triangles) {
-      for (int i = 0; i < 3; ++i) {
-        const int p = triangle[i], q = triangle[(i + 1) % 3];
-        const double ratio =
-            (x[p] - x[q]).squaredNorm() / (body.rest[p] - body.rest[q]).squaredNorm();
-        if (!(ratio > largest)) continue;
-        largest = ratio;
-        particle = body.first_particle + p;
-      }
-    }
-  }
-  if (largest < 0) return {0, particle};  // only spheres, which have no edges
-  return {std::sqrt(largest) - 1, particle};
 }
 
 }  // namespace weft::sim
