@@ -80,20 +80,14 @@ void ComputeNarrowPhase::Implementation::upload(std::span<const ContactGroup> of
 
 void ComputeNarrowPhase::Implementation::reserve(std::size_t contribution_count,
                                                  std::size_t term_count, bool with_friction) {
-  // As the lists of a traversal, a list that grows gets one and a half times the needed size. A
-  // list without memory keeps its capacity.
-  const std::size_t limit = buffer_limit(gl);
-  const auto grown = [limit](std::size_t capacity, std::size_t needed, std::size_t item) {
-    if (needed <= capacity) return capacity;
-    return std::max(needed, std::min(needed + needed / 2, limit / item));
-  };
+  // A list that gets no memory keeps its capacity.
   const std::size_t contribution_room =
-      grown(contribution_capacity, contribution_count, sizeof(shaders::Contribution));
+      grown_capacity(gl, contribution_capacity, contribution_count, sizeof(shaders::Contribution));
   contributions.reserve(contribution_room * sizeof(shaders::Contribution),
                         "features around samples");
   contribution_capacity = contribution_room;
-  const std::size_t term_room = grown(term_capacity, term_count,
-                                      with_friction ? sizeof(ContactSliding) : sizeof(ContactPush));
+  const std::size_t term_room = grown_capacity(
+      gl, term_capacity, term_count, with_friction ? sizeof(ContactSliding) : sizeof(ContactPush));
   terms.reserve(term_room * sizeof(ContactTerm), "terms of contact");
   pushes.reserve(term_room * sizeof(ContactPush), "pushes of contact");
   if (with_friction) slidings.reserve(term_room * sizeof(ContactSliding), "friction of contact");

@@ -129,20 +129,17 @@ void ComputeTraversal::Implementation::add_balls(int body, std::span<const Ball>
 
 void ComputeTraversal::Implementation::reserve(std::size_t pair_count, std::size_t leaf_count,
                                                std::size_t result_count) {
-  // A list that outgrows its memory tends to grow again. It therefore gets one and a half times the
-  // needed size, or as much of this as the device allows.
-  const std::size_t limit = buffer_limit(gl);
-  const auto grow = [limit](std::size_t& capacity, std::size_t needed, std::size_t item) {
-    if (needed > capacity) capacity = std::max(needed, std::min(needed + needed / 2, limit / item));
+  const auto grow = [this](std::size_t& capacity, std::size_t needed, std::size_t item,
+                           std::span<GlBuffer* const> buffers, const char* content) {
+    const std::size_t room = grown_capacity(gl, capacity, needed, item);
+    for (GlBuffer* buffer : buffers) buffer->reserve(room * item, content);
+    capacity = room;
   };
-  grow(pair_capacity, pair_count, sizeof(shaders::BlockPair));
-  grow(leaf_capacity, leaf_count, sizeof(shaders::BlockPair));
-  grow(result_capacity, result_count, sizeof(Candidate));
-  for (GlBuffer& list : pairs) {
-    list.reserve(pair_capacity * sizeof(shaders::BlockPair), "pairs of blocks");
-  }
-  leaf_pairs.reserve(leaf_capacity * sizeof(shaders::BlockPair), "pairs of leaf blocks");
-  results.reserve(result_capacity * sizeof(Candidate), "candidates");
+  const std::array<GlBuffer*, 2> both{&pairs[0], &pairs[1]};
+  const std::array<GlBuffer*, 1> leaves{&leaf_pairs}, found{&results};
+  grow(pair_capacity, pair_count, sizeof(shaders::BlockPair), both, "pairs of blocks");
+  grow(leaf_capacity, leaf_count, sizeof(shaders::BlockPair), leaves, "pairs of leaf blocks");
+  grow(result_capacity, result_count, sizeof(Candidate), found, "candidates");
 }
 
 // Traverses all levels. Returns the lists with the number of items appended to each, including

@@ -109,8 +109,9 @@ bool find_turning(dvec3 e1, dvec3 e2, out dmat3 turn1, out dmat3 turn2) {
   double squared_area = dot_of(across, across);
   turn1 = turn2 = dmat3(0.0lf);
   if (!(squared_area > thin_squared_sine * dot_of(e1, e1) * dot_of(e2, e2))) return false;
-  double area = sqrt(squared_area);
-  dvec3 m = across / area, q1 = e2 / area, q2 = -e1 / area;
+  // Without `precise`, drivers take an inverse square root in single precision.
+  precise double area = sqrt(squared_area);
+  precise dvec3 m = across / area, q1 = e2 / area, q2 = -e1 / area;
   turn1 = outerProduct(0.5lf * m, q1) - outerProduct(q1, m);
   turn2 = outerProduct(0.5lf * m, q2) - outerProduct(q2, m);
   return true;
@@ -155,16 +156,17 @@ bool slide(uint term, Group group, double limit, Closest closest, dvec3 normal, 
     u += lever[i] * v[i];
     store_matrix(48u * term + 9u * uint(i), lever[i]);
   }
-  double speed = sqrt(dot_of(u, u)), inverse = 1.0lf / group.friction_speed;
-  double ratio = speed * inverse;
+  precise double speed = sqrt(dot_of(u, u));
+  precise double inverse = 1.0lf / group.friction_speed, inverse_speed = 1.0lf / speed;
+  precise double ratio = speed * inverse;
   bool full = speed >= group.friction_speed;
-  double over_speed = full ? 1.0lf / speed : (2.0lf - ratio) * inverse;
-  double slope = full ? 0.0lf : 2.0lf * (1.0lf - ratio) * inverse;
-  dvec3 force = -limit * over_speed * u;
+  precise double over_speed = full ? inverse_speed : (2.0lf - ratio) * inverse;
+  precise double slope = full ? 0.0lf : 2.0lf * (1.0lf - ratio) * inverse;
+  precise dvec3 force = -limit * over_speed * u;
   for (uint i = 0u; i < 3u; ++i) slidings[48u * term + 36u + i] = force[i];
   dmat3 slopes = limit * over_speed * across;
-  if (speed > 0.0lf)
-    slopes += limit * (slope - over_speed) * outerProduct(u / speed, u / speed);
+  precise dvec3 along = u / speed;
+  if (speed > 0.0lf) slopes += limit * (slope - over_speed) * outerProduct(along, along);
   store_matrix(48u * term + 39u, slopes);
   return true;
 }

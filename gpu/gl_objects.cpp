@@ -56,6 +56,12 @@ std::size_t buffer_limit(const GlFunctions& gl) {
   return static_cast<std::size_t>(limit);
 }
 
+std::size_t grown_capacity(const GlFunctions& gl, std::size_t capacity, std::size_t needed,
+                           std::size_t item) {
+  if (needed <= capacity) return capacity;
+  return std::max(needed, std::min(needed + needed / 2, buffer_limit(gl) / item));
+}
+
 void GlBuffer::reserve(std::size_t bytes, const char* content) {
   bytes = std::max<std::size_t>(bytes, 16);
   if (bytes <= bytes_) return;

@@ -23,6 +23,12 @@ void check_gl(const GlFunctions& gl, const char* task);
 // Returns the largest size, in bytes, of a buffer that a shader can access.
 std::size_t buffer_limit(const GlFunctions& gl);
 
+// Returns the number of items for which a list should have memory that has it for `capacity` and
+// needs it for `needed` items of `item` bytes. A list that outgrows its memory tends to grow again.
+// It therefore gets one and a half times the needed size, or as much of this as the device allows.
+std::size_t grown_capacity(const GlFunctions& gl, std::size_t capacity, std::size_t needed,
+                           std::size_t item);
+
 // A shader storage buffer.
 class GlBuffer {
  public:

@@ -207,7 +207,8 @@ Table describe(ComputeCase& target) {
                             {ComputeBackend::cpu, "cpu"}}),
           "Device that finds the candidate pairs of contact. gpu: a graphics processor. osmesa: "
           "OpenGL on the CPU, a slow check of the shaders. cpu: the CPU. auto: graphics processor "
-          "or CPU, whichever is measured to be faster. The result does not depend on it."),
+          "or CPU, whichever is measured to be faster. The result does not depend on it, except "
+          "that gpu also computes the forces of many contacts, which differ by rounding."),
       field("cpu_limit", &cpu_limit, "s", positive,
             "CPU time that the run may take, all threads together, without that of "
             "--estimate-error. A run that exceeds it ends with its last state, reports how far it "

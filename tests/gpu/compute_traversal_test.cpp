@@ -8,10 +8,13 @@
 #include <iterator>
 #include <limits>
 #include <random>
+#include <stdexcept>
+#include <string>
 #include <tuple>
 
 #include "bsi/narrow_phase.h"
 #include "bsi/shapes.h"
+#include "gpu/gl_objects.h"
 #include "tests/gpu/leaf_oracle.h"
 #include "tests/gpu/test_context.h"
 
@@ -342,6 +345,35 @@ TEST_P(ComputeTraversals, LeaveOutWhatTheTangentCertificateProves) {
   EXPECT_GT(counters.certified, 100);
   EXPECT_LT(counters.certified, counters.certificate_tests / 2);
   EXPECT_GT(found, 10000);
+}
+
+// All quads of two sheets are in reach of each other: too many pairs for the buffer. After the
+// error, the device works with fewer pairs.
+TEST(ComputeTraversal, SaysWhichListTheDeviceCannotHold) {
+  WEFT_NEEDS_CONTEXT();
+  const std::size_t limit = buffer_limit(context.functions());
+  if (limit > std::size_t{1} << 28)
+    GTEST_SKIP() << "the device has buffers of " << limit << " bytes";
+  const auto quads = static_cast<int>(
+      std::ceil(std::sqrt(std::sqrt(static_cast<double>(limit / sizeof(Candidate))))));
+  Scene scene;
+  for (const double height : {0.0, 0.01}) {
+    std::mt19937 random(15);
+    const Surface sheet = bsi::make_rectangle(1, 1, quads + 2, quads + 2);
+    scene.bodies.push_back(moved(sheet, {0, 0, height}, 0, random));
+  }
+  for (int b = 0; b < 2; ++b) scene.images.push_back({b, scene.bodies[b].positions});
+  Search search(context, scene, bsi::Bound::box);
+  PairQuery query{0, 1, 2, false};
+  try {
+    search.traversal.find_pairs({&query, 1}, Leaf::quad);
+    FAIL() << "no error";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("candidates take"), std::string::npos) << error.what();
+  }
+  query.margin = 0.02;
+  EXPECT_EQ(sorted(search.traversal.find_pairs({&query, 1}, Leaf::quad)),
+            expected_pairs(scene, {&query, 1}, Leaf::quad));
 }
 
 TEST(ComputeTraversal, FindsNothingWhereThereIsNothing) {

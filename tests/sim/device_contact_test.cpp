@@ -147,13 +147,17 @@ TEST(DeviceContact, FindsTheContactsOfTheCpuWhileBodiesMove) {
             both.cpu_statistics.counters.friction_terms);
 }
 
-// A fine tube whose walls are in reach of each other, beyond the neighbourhoods at rest.
+// A fine sheet, rolled up so far that its ends overlap.
 TEST(DeviceContact, FindsTheContactsOfASheetWithItself) {
   Both both(R"(
 [[body]]
-name = "tube"
-shape = { type = "cylinder", radius = 0.0058, length = 0.08, resolution = [60, 24] }
+name = "sheet"
+shape = { type = "rectangle", size = [0.08, 0.08], resolution = [40, 60] }
 )");
+  for (Vec3& p : both.x) {
+    const double turn = 100 * (p.x() + 0.04), radius = 0.008 + 0.0012 * turn;
+    p = {radius * std::cos(turn), p.y(), radius * std::sin(turn)};
+  }
   both.move(1e-4);
   ASSERT_FALSE(both.cpu.evaluate(PlacedPoints(both.x), both.v, 1));
   ASSERT_FALSE(both.device.evaluate(PlacedPoints(both.x), both.v, 1));
@@ -163,7 +167,7 @@ shape = { type = "cylinder", radius = 0.0058, length = 0.08, resolution = [60, 2
 
 TEST(DeviceContact, NamesTheFaultOfTheCpu) {
   Both both(sheets_on_ball);
-  for (const int point : {3000, 1111}) both.x[point].z() -= 0.0033;
+  for (const int point : {4096 + 3000, 4096 + 1111}) both.x[point].z() -= 0.0022;
   const auto expected = both.cpu.evaluate(PlacedPoints(both.x), both.v, 1);
   const auto found = both.device.evaluate(PlacedPoints(both.x), both.v, 1);
   ASSERT_TRUE(expected && found);
