@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <regex>
-
 #include <stdexcept>
 
 #include "tests/gpu/test_context.h"
