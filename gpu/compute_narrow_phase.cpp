@@ -39,11 +39,13 @@ using NarrowPhaseLists = std::array<shaders::List, 3>;
 struct ComputeNarrowPhase::Implementation {
   GlContext& context;
   const GlFunctions& gl = context.functions();
+  // Mesa's software rasterisers round like the CPU.
+  bool rounds_like_the_cpu = context.backend() != GlBackend::hardware;
   GLint group_limit = 0;
   GlBuffer candidates{gl}, rows{gl}, groups{gl}, points{gl}, lists{gl}, terms{gl};
   GlBuffer contributions{gl}, pushes{gl}, slidings{gl};
-  ComputeProgram find_terms{gl, shaders::find_terms()};
-  ComputeProgram apply_law{gl, shaders::apply_law()};
+  ComputeProgram find_terms{gl, shaders::find_terms(rounds_like_the_cpu)};
+  ComputeProgram apply_law{gl, shaders::apply_law(rounds_like_the_cpu)};
   std::size_t row_count = 0;
   // Numbers of items for which the lists have memory.
   std::size_t contribution_capacity = 0, term_capacity = 0;

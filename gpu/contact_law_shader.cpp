@@ -109,8 +109,7 @@ bool find_turning(dvec3 e1, dvec3 e2, out dmat3 turn1, out dmat3 turn2) {
   double squared_area = dot_of(across, across);
   turn1 = turn2 = dmat3(0.0lf);
   if (!(squared_area > thin_squared_sine * dot_of(e1, e1) * dot_of(e2, e2))) return false;
-  // Without `precise`, drivers take an inverse square root in single precision.
-  precise double area = sqrt(squared_area);
+  precise double area = root_of(squared_area);
   precise dvec3 m = across / area, q1 = e2 / area, q2 = -e1 / area;
   turn1 = outerProduct(0.5lf * m, q1) - outerProduct(q1, m);
   turn2 = outerProduct(0.5lf * m, q2) - outerProduct(q2, m);
@@ -156,7 +155,7 @@ bool slide(uint term, Group group, double limit, Closest closest, dvec3 normal, 
     u += lever[i] * v[i];
     store_matrix(48u * term + 9u * uint(i), lever[i]);
   }
-  precise double speed = sqrt(dot_of(u, u));
+  precise double speed = root_of(dot_of(u, u));
   precise double inverse = 1.0lf / group.friction_speed, inverse_speed = 1.0lf / speed;
   precise double ratio = speed * inverse;
   bool full = speed >= group.friction_speed;
@@ -186,7 +185,7 @@ void apply_law(uint term) {
   if (edges) closest = closest_edge_edge(x[0], x[1], x[2], x[3]);
   else if (source == 0u) closest = closest_vertex_triangle(x[0], x[1], x[2], x[3]);
   else closest = closest_on_border(x[0], dvec3[](x[1], x[2], x[3]), source);
-  precise double distance = sqrt(closest.squared_distance);
+  precise double distance = root_of(closest.squared_distance);
   precise double gap = distance - group.thickness;
   if (!(gap > 0.0lf)) return;  // find_terms has noted it
   precise dvec3 normal = closest.separation / distance;
@@ -219,6 +218,8 @@ void main() {
 
 }  // namespace
 
-std::string apply_law() { return candidates_and_closest_points() + logarithm + law_main; }
+std::string apply_law(bool rounds_like_the_cpu) {
+  return candidates_and_closest_points(rounds_like_the_cpu) + logarithm + law_main;
+}
 
 }  // namespace weft::gpu::shaders

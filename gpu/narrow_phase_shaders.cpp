@@ -46,6 +46,31 @@ dvec3 vector_at(uint point) {
 }
 )";
 
+// Divisions and square roots as the CPU rounds them. Graphics processors may take the root of a
+// float64 in float32 and divide within some units in the last place: one step of Newton's
+// iteration, with a fused multiply-add, leaves a rounding or, of a root, a unit in the last place.
+const char* const exact_operations = R"(
+double quotient(double a, double b) { return a / b; }
+double root_of(double x) { return sqrt(x); }
+)";
+const char* const refined_operations = R"(
+double quotient(double a, double b) {
+  precise double guess = a / b;
+  precise double rest = fma(-guess, b, a);
+  precise double better = fma(rest, 1.0lf / b, guess);
+  return better - better == 0.0lf ? better : guess;
+}
+double root_of(double x) {
+  precise double guess = sqrt(x);
+  if (!(guess > 0.0lf)) return guess;
+  for (int k = 0; k < 2; ++k) {
+    precise double rest = fma(-guess, guess, x);
+    guess += quotient(rest, 2.0lf * guess);
+  }
+  return guess;
+}
+)";
+
 const char* const closest_points = R"(
 double dot_of(dvec3 a, dvec3 b) {
   precise double sum = a.x * b.x + a.y * b.y + a.z * b.z;
@@ -70,7 +95,8 @@ bool is_inside(double parameter) { return parameter > 0.0lf && parameter < 1.0lf
 double on_edge(dvec3 from_start, dvec3 edge, out dvec3 separation) {
   double along = dot_of(from_start, edge), squared_length = dot_of(edge, edge);
   precise double parameter = along <= 0.0lf ? 0.0lf
-                             : along >= squared_length ? 1.0lf : along / squared_length;
+                             : along >= squared_length ? 1.0lf
+                                                         : quotient(along, squared_length);
   precise dvec3 inner = from_start - parameter * edge;
   separation = along <= 0.0lf ? from_start : along >= squared_length ? from_start - edge : inner;
   return parameter;
@@ -105,11 +131,11 @@ Closest closest_vertex_triangle(dvec3 x0, dvec3 x1, dvec3 x2, dvec3 x3) {
   precise double area1 = scale - area2 - area3;
   precise double thin_scale = thin_squared_sine * squared_lengths;
   precise double parallel_scale = parallel_squared_sine * squared_lengths;
-  precise double weight2 = area2 / scale, weight3 = area3 / scale;
+  precise double weight2 = quotient(area2, scale), weight3 = quotient(area3, scale);
   bool interior = area1 > 0.0lf && area2 > 0.0lf && area3 > 0.0lf;
   bool thin = !(scale > thin_scale);
   if (interior && !thin) {
-    precise dvec3 separation = (dot_of(from1, normal) / scale) * normal;
+    precise dvec3 separation = quotient(dot_of(from1, normal), scale) * normal;
     return closest_in_face(separation, weight2, weight3);
   }
   Closest best = nothing_yet;
@@ -146,12 +172,12 @@ Closest closest_edge_edge(dvec3 x0, dvec3 x1, dvec3 x2, dvec3 x3) {
   double scaled_t = dot_of(cross_of(first, from2), normal);
   precise double thin_scale = thin_squared_sine * squared_lengths;
   precise double parallel_scale = parallel_squared_sine * squared_lengths;
-  precise double s = scaled_s / scale, t = scaled_t / scale;
+  precise double s = quotient(scaled_s, scale), t = quotient(scaled_t, scale);
   bool interior = scaled_s > 0.0lf && scaled_s < scale && scaled_t > 0.0lf && scaled_t < scale;
   bool thin = !(scale > thin_scale);
   Closest best = nothing_yet;
   if (interior && !thin) {
-    precise dvec3 separation = (dot_of(from2, normal) / scale) * normal;
+    precise dvec3 separation = quotient(dot_of(from2, normal), scale) * normal;
     offer_points(best, separation, s, t);
     return best;
   }
@@ -202,7 +228,7 @@ Closest closest_of(uint i, bool edges) {
 }
 // Notes candidate i if no gap is left.
 void judge_gap(uint i, Closest closest, Group group) {
-  if (!(sqrt(closest.squared_distance) - group.thickness > 0.0lf)) atomicMin(lists[2].w, i);
+  if (!(root_of(closest.squared_distance) - group.thickness > 0.0lf)) atomicMin(lists[2].w, i);
 }
 void store_term(uint place, uint candidate, uint source_and_coefficient, uint row) {
   if (place < term_capacity) terms[place] = uvec4(candidate, source_and_coefficient, row, 0u);
@@ -294,14 +320,16 @@ void main() {
 
 }  // namespace
 
-std::string candidates_and_closest_points() {
+std::string candidates_and_closest_points(bool rounds_like_the_cpu) {
   return std::string("#version 450 core\n") +
          "const double far = " + exactly(std::numeric_limits<double>::max()) +
          ";\nconst double thin_squared_sine = " + exactly(1e-12) +
          ";\nconst double parallel_squared_sine = " + exactly(1e-20) + ";\n" + candidates +
-         closest_points;
+         (rounds_like_the_cpu ? exact_operations : refined_operations) + closest_points;
 }
 
-std::string find_terms() { return candidates_and_closest_points() + find_main; }
+std::string find_terms(bool rounds_like_the_cpu) {
+  return candidates_and_closest_points(rounds_like_the_cpu) + find_main;
+}
 
 }  // namespace weft::gpu::shaders

@@ -35,15 +35,16 @@ inline constexpr std::uint32_t slides = 1, mollified = 2;
 }
 
 // Returns the GLSL that both shaders begin with: the input and the list of terms, and the closest
-// points of candidates and of the edges and corners of triangles.
-std::string candidates_and_closest_points();
+// points of candidates and of the edges and corners of triangles. Unless the device
+// `rounds_like_the_cpu`, quotients and roots are refined.
+std::string candidates_and_closest_points(bool rounds_like_the_cpu);
 // Returns the shader that decides which features are in reach. An invocation takes one row. It
 // appends the terms of the row to the list of terms, one after another, and lowers the index of the
 // first candidate that touches.
-std::string find_terms();
+std::string find_terms(bool rounds_like_the_cpu);
 // Returns the shader that computes barrier, damping and friction of a term. An invocation takes one
 // term.
-std::string apply_law();
+std::string apply_law(bool rounds_like_the_cpu);
 
 // GLSL: log_of(x), the natural logarithm of a normal positive number, within 1 unit in the last
 // place if the device rounds like the CPU. GLSL 4.50 has no logarithm for float64.

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <sstream>
 
 #include "bsi/detail/surface_terms.h"
 #include "bsi/shapes.h"
@@ -230,13 +231,43 @@ void expect_same(const ContactResult& result, std::uint32_t i, const Expected& e
                "slope of friction");
 }
 
+// Returns the terms of the first row whose number of terms is not the expected one, as text.
+std::string first_difference(const ContactResult& result, const Expected& expected,
+                             const Input& input) {
+  for (std::uint32_t row = 0; row < input.rows.size(); ++row) {
+    std::ostringstream text;
+    std::size_t found = 0, wanted = 0;
+    text.precision(17);
+    text << "row " << row << ", found:";
+    for (const std::uint32_t i : result.order) {
+      const ContactTerm& term = result.terms[i];
+      if (term.row != row) continue;
+      ++found;
+      text << "  candidate " << term.candidate << " coefficient " << term.coefficient()
+           << " weight";
+      for (const double weight : result.pushes[i].weight) text << ' ' << weight;
+    }
+    text << "\nexpected:";
+    for (std::size_t k = 0; k < expected.pairs.size(); ++k) {
+      if (expected.rows[k] != row) continue;
+      ++wanted;
+      text << "  candidate " << expected.candidates[k] << " coefficient "
+           << expected.pairs[k].coefficient << " weight";
+      for (const double weight : expected.pairs[k].weight) text << ' ' << weight;
+    }
+    if (found != wanted) return text.str();
+  }
+  return "none";
+}
+
 // Evaluates on the device and compares with the CPU. Returns the number of terms.
 std::size_t compare(ComputeNarrowPhase& device, const Input& input) {
   const Expected expected = expected_of(input);
   device.set_candidates(input.rows, input.candidates);
   const ContactResult result = device.evaluate(input.groups, input.x, input.v);
   EXPECT_EQ(result.touching, expected.touching);
-  EXPECT_EQ(result.order.size(), expected.pairs.size());
+  EXPECT_EQ(result.order.size(), expected.pairs.size())
+      << first_difference(result, expected, input);
   if (testing::Test::HasFailure()) return 0;
   for (std::size_t k = 0; k < result.order.size(); ++k) {
     const std::uint32_t i = result.order[k];
