@@ -17,6 +17,11 @@ constexpr int pair_lists = 32;
 constexpr std::uint32_t leaf_list = pair_lists;
 constexpr std::uint32_t result_list = pair_lists + 1;
 
+// Number of work groups of each step on a graphics processor, whose idle ones cost microseconds.
+// Software runs as many as the list needs, by an indirect dispatch. NVIDIA's driver (580) takes
+// stale numbers for those.
+constexpr GLuint hardware_groups = 2048;
+
 // Returns the smallest float32 number that is at least `value`.
 float rounded_up(double value) {
   const auto rounded = static_cast<float>(value);
@@ -158,7 +163,11 @@ Lists ComputeTraversal::Implementation::traverse(Leaf leaf) {
   lists.bind(5);
   gl.BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, lists.name());
   const auto dispatch = [&](std::uint32_t list) {
-    gl.DispatchComputeIndirect(static_cast<GLintptr>(list * sizeof(shaders::List)));
+    if (device.context.backend() == GlBackend::hardware) {
+      gl.DispatchCompute(hardware_groups, 1, 1);
+    } else {
+      gl.DispatchComputeIndirect(static_cast<GLintptr>(list * sizeof(shaders::List)));
+    }
     gl.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
   };
   expand_pairs.use();

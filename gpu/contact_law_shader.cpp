@@ -55,6 +55,25 @@ Barrier barrier_of(double gap, double range, double stiffness) {
   return Barrier(value, first, second, third);
 }
 
+dmat3 diagonal(double value) {
+  return dmat3(value, 0.0lf, 0.0lf, 0.0lf, value, 0.0lf, 0.0lf, 0.0lf, value);
+}
+dmat3 outer(dvec3 a, dvec3 b) { return dmat3(scaled(b.x, a), scaled(b.y, a), scaled(b.z, a)); }
+dmat3 scaled(double factor, dmat3 m) {
+  return dmat3(scaled(factor, m[0]), scaled(factor, m[1]), scaled(factor, m[2]));
+}
+dvec3 product_of(dmat3 m, dvec3 v) {
+  precise dvec3 sum = scaled(v.x, m[0]) + scaled(v.y, m[1]) + scaled(v.z, m[2]);
+  return sum;
+}
+dmat3 product_of(dmat3 a, dmat3 b) {
+  return dmat3(product_of(a, b[0]), product_of(a, b[1]), product_of(a, b[2]));
+}
+dvec3 divided(dvec3 v, double divisor) {
+  precise dvec3 result = dvec3(v.x / divisor, v.y / divisor, v.z / divisor);
+  return result;
+}
+
 struct Push { double force, stiffness, damping; };
 Push damped_push(Barrier barrier, double gap, Group group, double gap_rate) {
   const double onset = 0.01lf;
@@ -82,7 +101,9 @@ Push damped_push(Barrier barrier, double gap, Group group, double gap_rate) {
 }
 
 void store_vector(uint buffer_place, dvec3 vector) {
-  for (uint i = 0u; i < 3u; ++i) pushes[buffer_place + i] = vector[i];
+  pushes[buffer_place] = vector.x;
+  pushes[buffer_place + 1u] = vector.y;
+  pushes[buffer_place + 2u] = vector.z;
 }
 // Stores the forces from the slope of the mollifier of two edges, and returns its value.
 double mollify(uint term, dvec3 a, dvec3 b, double threshold, Barrier barrier, inout uint flags) {
@@ -93,10 +114,10 @@ double mollify(uint term, dvec3 a, dvec3 b, double threshold, Barrier barrier, i
   precise double ratio = c * inverse;
   precise double factor = -barrier.value * (2.0lf * (1.0lf - ratio) * inverse) * 2.0lf;
   double along = dot_of(a, b);
-  precise dvec3 on_a = factor * (dot_of(b, b) * a - along * b);
-  precise dvec3 on_b = factor * (dot_of(a, a) * b - along * a);
-  store_vector(18u * term + 12u, on_a);
-  store_vector(18u * term + 15u, on_b);
+  precise dvec3 on_a = scaled(dot_of(b, b), a) - scaled(along, b);
+  precise dvec3 on_b = scaled(dot_of(a, a), b) - scaled(along, a);
+  store_vector(18u * term + 12u, scaled(factor, on_a));
+  store_vector(18u * term + 15u, scaled(factor, on_b));
   flags |= 2u;
   precise double value = ratio * (2.0lf - ratio);
   return value;
@@ -107,103 +128,124 @@ double mollify(uint term, dvec3 a, dvec3 b, double threshold, Barrier barrier, i
 bool find_turning(dvec3 e1, dvec3 e2, out dmat3 turn1, out dmat3 turn2) {
   dvec3 across = cross_of(e1, e2);
   double squared_area = dot_of(across, across);
-  turn1 = turn2 = dmat3(0.0lf);
+  turn1 = turn2 = diagonal(0.0lf);
   if (!(squared_area > thin_squared_sine * dot_of(e1, e1) * dot_of(e2, e2))) return false;
   precise double area = root_of(squared_area);
-  precise dvec3 m = across / area, q1 = e2 / area, q2 = -e1 / area;
-  turn1 = outerProduct(0.5lf * m, q1) - outerProduct(q1, m);
-  turn2 = outerProduct(0.5lf * m, q2) - outerProduct(q2, m);
+  dvec3 m = divided(across, area), q1 = divided(e2, area), q2 = divided(-e1, area);
+  turn1 = outer(scaled(0.5lf, m), q1) - outer(q1, m);
+  turn2 = outer(scaled(0.5lf, m), q2) - outer(q2, m);
   return true;
 }
-// Sets the part of the levers that comes from the rotation of the second feature.
-bool turn_levers(bool edges, dvec3 x[4], dvec3 separation, inout dmat3 lever[4]) {
+void store_column(uint place, dvec3 column) {
+  slidings[place] = column.x;
+  slidings[place + 1u] = column.y;
+  slidings[place + 2u] = column.z;
+}
+void store_matrix(uint place, dmat3 matrix) {
+  store_column(place, matrix[0]);
+  store_column(place + 3u, matrix[1]);
+  store_column(place + 6u, matrix[2]);
+}
+struct Levers { dmat3 of0, of1, of2, of3; };
+struct FourPoints { dvec3 x0, x1, x2, x3; };
+// Adds to the levers what comes from the rotation of the second feature.
+bool turn_levers(bool edges, FourPoints x, dvec3 separation, inout Levers lever) {
   dmat3 turn1, turn2;
-  dvec3 e1 = edges ? x[1] - x[0] : x[2] - x[1], e2 = edges ? x[3] - x[2] : x[3] - x[1];
+  dvec3 e1 = edges ? x.x1 - x.x0 : x.x2 - x.x1, e2 = edges ? x.x3 - x.x2 : x.x3 - x.x1;
   if (!find_turning(e1, e2, turn1, turn2)) return false;
   dmat3 arm = dmat3(0.0lf, separation.z, -separation.y, -separation.z, 0.0lf, separation.x,
                     separation.y, -separation.x, 0.0lf);
-  dmat3 first = arm * turn1, second = arm * turn2;
+  dmat3 first = product_of(arm, turn1), second = product_of(arm, turn2);
   if (edges) {
-    lever[0] -= first;
-    lever[1] += first;
-    lever[2] -= second;
+    lever.of0 -= first;
+    lever.of1 += first;
+    lever.of2 -= second;
   } else {
-    lever[1] -= first + second;
-    lever[2] += first;
+    lever.of1 -= first + second;
+    lever.of2 += first;
   }
-  lever[3] += second;
+  lever.of3 += second;
   return true;
 }
-void store_matrix(uint place, dmat3 matrix) {
-  for (uint i = 0u; i < 9u; ++i) slidings[place + i] = matrix[i / 3u][i % 3u];
+// Stores a lever, projected on the surface, and returns what it contributes to the sliding velocity.
+dvec3 use_lever(uint place, dmat3 across, dmat3 lever, dvec3 velocity) {
+  dmat3 projected = product_of(across, lever);
+  store_matrix(place, projected);
+  return product_of(projected, velocity);
 }
 // Stores the friction of a term. Returns false if it has none.
-bool slide(uint term, Group group, double limit, Closest closest, dvec3 normal, dvec3 x[4],
-           dvec3 v[4]) {
+bool slide(uint term, Group group, double limit, Closest closest, dvec3 normal, FourPoints x,
+           FourPoints v) {
   if (limit == 0.0lf) return false;
-  dmat3 across = dmat3(1.0lf) - outerProduct(normal, normal);
-  dmat3 lever[4];
+  dmat3 across = diagonal(1.0lf) - outer(normal, normal);
+  dvec4 weight = closest.weight;
+  Levers lever = Levers(diagonal(weight.x), diagonal(weight.y), diagonal(weight.z),
+                        diagonal(weight.w));
   dvec3 u = dvec3(0.0lf);
-  for (int i = 0; i < 4; ++i) lever[i] = dmat3(closest.weight[i]);
   if (has(group, 4u)) {
-    u = -(across * cross_of(dvec3(group.spin_x, group.spin_y, group.spin_z), closest.separation));
+    u = -product_of(across, cross_of(dvec3(group.spin_x, group.spin_y, group.spin_z),
+                                     closest.separation));
   } else if (!turn_levers(has(group, 1u), x, closest.separation, lever)) {
     return false;
   }
-  for (int i = 0; i < 4; ++i) {
-    lever[i] = across * lever[i];
-    u += lever[i] * v[i];
-    store_matrix(48u * term + 9u * uint(i), lever[i]);
-  }
+  uint place = 48u * term;
+  u += use_lever(place, across, lever.of0, v.x0);
+  u += use_lever(place + 9u, across, lever.of1, v.x1);
+  u += use_lever(place + 18u, across, lever.of2, v.x2);
+  u += use_lever(place + 27u, across, lever.of3, v.x3);
   precise double speed = root_of(dot_of(u, u));
   precise double inverse = 1.0lf / group.friction_speed, inverse_speed = 1.0lf / speed;
   precise double ratio = speed * inverse;
   bool full = speed >= group.friction_speed;
   precise double over_speed = full ? inverse_speed : (2.0lf - ratio) * inverse;
   precise double slope = full ? 0.0lf : 2.0lf * (1.0lf - ratio) * inverse;
-  precise dvec3 force = -limit * over_speed * u;
-  for (uint i = 0u; i < 3u; ++i) slidings[48u * term + 36u + i] = force[i];
-  dmat3 slopes = limit * over_speed * across;
-  precise dvec3 along = u / speed;
-  if (speed > 0.0lf) slopes += limit * (slope - over_speed) * outerProduct(along, along);
-  store_matrix(48u * term + 39u, slopes);
+  precise double factor = limit * over_speed;
+  store_column(place + 36u, scaled(-factor, u));
+  dmat3 slopes = scaled(factor, across);
+  dvec3 along = divided(u, speed);
+  if (speed > 0.0lf) slopes += scaled(limit * (slope - over_speed), outer(along, along));
+  store_matrix(place + 39u, slopes);
   return true;
 }
 
+FourPoints points_of(uint i, uint first) {
+  return FourPoints(vector_at(first + candidates[i].points[0]), vector_at(first + candidates[i].points[1]),
+                vector_at(first + candidates[i].points[2]), vector_at(first + candidates[i].points[3]));
+}
 void apply_law(uint term) {
   uint i = terms[term].x, source = terms[term].y & 7u;
   double coefficient = double(int(terms[term].y) >> 3);
   Row row = rows[terms[term].z];
   Group group = groups[row.group];
   bool edges = has(group, 1u);
-  dvec3 x[4], v[4];
-  for (uint k = 0u; k < 4u; ++k) {
-    x[k] = vector_at(candidates[i].points[k]);
-    v[k] = vector_at(point_count + candidates[i].points[k]);
-  }
+  FourPoints x = points_of(i, 0u), v = points_of(i, point_count);
   Closest closest;
-  if (edges) closest = closest_edge_edge(x[0], x[1], x[2], x[3]);
-  else if (source == 0u) closest = closest_vertex_triangle(x[0], x[1], x[2], x[3]);
-  else closest = closest_on_border(x[0], dvec3[](x[1], x[2], x[3]), source);
+  if (edges) closest = closest_edge_edge(x.x0, x.x1, x.x2, x.x3);
+  else if (source == 0u) closest = closest_vertex_triangle(x.x0, x.x1, x.x2, x.x3);
+  else closest = closest_on_border(x.x0, x.x1, x.x2, x.x3, source);
+  dvec4 weight = closest.weight;
   precise double distance = root_of(closest.squared_distance);
   precise double gap = distance - group.thickness;
   if (!(gap > 0.0lf)) return;  // find_terms has noted it
-  precise dvec3 normal = closest.separation / distance;
+  dvec3 normal = divided(closest.separation, distance);
   uint flags = 0u;
   double stiffness = row.stiffness;
   Barrier barrier = barrier_of(gap, group.range, stiffness);
   if (row.parallel_threshold > 0.0lf) {
-    stiffness *= mollify(term, x[1] - x[0], x[3] - x[2], row.parallel_threshold, barrier, flags);
+    stiffness *= mollify(term, x.x1 - x.x0, x.x3 - x.x2, row.parallel_threshold, barrier, flags);
     barrier = barrier_of(gap, group.range, stiffness);
   }
-  precise dvec3 relative = dvec3(0.0lf);
-  for (int k = 0; k < 4; ++k) relative += closest.weight[k] * v[k];
+  precise dvec3 relative = scaled(weight.x, v.x0) + scaled(weight.y, v.x1) +
+                           scaled(weight.z, v.x2) + scaled(weight.w, v.x3);
   Push push = damped_push(barrier, gap, group, dot_of(normal, relative));
-  for (uint k = 0u; k < 4u; ++k) pushes[18u * term + k] = closest.weight[k];
+  pushes[18u * term] = weight.x;
+  pushes[18u * term + 1u] = weight.y;
+  pushes[18u * term + 2u] = weight.z;
+  pushes[18u * term + 3u] = weight.w;
   store_vector(18u * term + 4u, normal);
   pushes[18u * term + 7u] = gap;
   store_vector(18u * term + 8u,
-               coefficient * dvec3(barrier.value, push.force, push.stiffness));
+               scaled(coefficient, dvec3(barrier.value, push.force, push.stiffness)));
   pushes[18u * term + 11u] = coefficient * push.damping;
   double limit = group.friction * (-coefficient * barrier.first);
   if (slide(term, group, limit, closest, normal, x, v)) flags |= 1u;

@@ -45,11 +45,15 @@ class GlBuffer {
   void bind(GLuint binding) const { gl_->BindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, name_); }
   GLuint name() const { return name_; }
 
+  // Waits for the device before and after. Without that, NVIDIA's driver (580) runs shaders on data
+  // from before the write.
   template <typename Item>
   void write(std::span<const Item> items, std::size_t first_byte = 0) const {
     if (items.empty()) return;
+    gl_->Finish();
     gl_->NamedBufferSubData(name_, static_cast<GLintptr>(first_byte),
                             static_cast<GLsizeiptr>(items.size_bytes()), items.data());
+    gl_->Finish();
   }
   // Copies items from the buffer; waits for pending writes. Precondition: if a shader has written
   // to the buffer, MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT) has been called since.

@@ -72,6 +72,19 @@ double root_of(double x) {
 )";
 
 const char* const closest_points = R"(
+// Arrays of float64 have constant indices: NVIDIA's compiler (driver 580) keeps those that are indexed
+// otherwise in float32.
+dvec3 pick(uint k, dvec3 first, dvec3 second, dvec3 third) {
+  return k == 0u ? first : k == 1u ? second : third;
+}
+dvec3 scaled(double factor, dvec3 v) {
+  precise dvec3 product = dvec3(factor * v.x, factor * v.y, factor * v.z);
+  return product;
+}
+dvec4 scaled(double factor, dvec4 v) {
+  precise dvec4 product = dvec4(factor * v.x, factor * v.y, factor * v.z, factor * v.w);
+  return product;
+}
 double dot_of(dvec3 a, dvec3 b) {
   precise double sum = a.x * b.x + a.y * b.y + a.z * b.z;
   return sum;
@@ -97,7 +110,7 @@ double on_edge(dvec3 from_start, dvec3 edge, out dvec3 separation) {
   precise double parameter = along <= 0.0lf ? 0.0lf
                              : along >= squared_length ? 1.0lf
                                                          : quotient(along, squared_length);
-  precise dvec3 inner = from_start - parameter * edge;
+  precise dvec3 inner = from_start - scaled(parameter, edge);
   separation = along <= 0.0lf ? from_start : along >= squared_length ? from_start - edge : inner;
   return parameter;
 }
@@ -110,7 +123,8 @@ void offer_border(inout Closest best, dvec3 from_start, dvec3 edge, dvec4 start,
   double squared = dot_of(separation, separation);
   if (squared >= best.squared_distance) return;
   best = Closest(squared, separation,
-                 dvec4(1.0lf, 0.0lf, 0.0lf, 0.0lf) + (parameter - 1.0lf) * start - parameter * end,
+                 dvec4(1.0lf, 0.0lf, 0.0lf, 0.0lf) + scaled(parameter - 1.0lf, start) -
+                     scaled(parameter, end),
                  is_inside(parameter) ? 1 : 0);
 }
 const dvec4 weight_1 = dvec4(0.0lf, 1.0lf, 0.0lf, 0.0lf);
@@ -135,7 +149,7 @@ Closest closest_vertex_triangle(dvec3 x0, dvec3 x1, dvec3 x2, dvec3 x3) {
   bool interior = area1 > 0.0lf && area2 > 0.0lf && area3 > 0.0lf;
   bool thin = !(scale > thin_scale);
   if (interior && !thin) {
-    precise dvec3 separation = quotient(dot_of(from1, normal), scale) * normal;
+    dvec3 separation = scaled(quotient(dot_of(from1, normal), scale), normal);
     return closest_in_face(separation, weight2, weight3);
   }
   Closest best = nothing_yet;
@@ -143,7 +157,7 @@ Closest closest_vertex_triangle(dvec3 x0, dvec3 x1, dvec3 x2, dvec3 x3) {
   if (thin || area2 <= 0.0lf) offer_border(best, from1, edge3, weight_1, weight_3);
   if (thin || area1 <= 0.0lf) offer_border(best, x0 - x2, x3 - x2, weight_2, weight_3);
   if (thin && interior && scale > parallel_scale) {
-    precise dvec3 separation = from1 - weight2 * edge2 - weight3 * edge3;
+    precise dvec3 separation = from1 - scaled(weight2, edge2) - scaled(weight3, edge3);
     if (dot_of(separation, separation) < best.squared_distance)
       return closest_in_face(separation, weight2, weight3);
   }
@@ -177,7 +191,7 @@ Closest closest_edge_edge(dvec3 x0, dvec3 x1, dvec3 x2, dvec3 x3) {
   bool thin = !(scale > thin_scale);
   Closest best = nothing_yet;
   if (interior && !thin) {
-    precise dvec3 separation = quotient(dot_of(from2, normal), scale) * normal;
+    dvec3 separation = scaled(quotient(dot_of(from2, normal), scale), normal);
     offer_points(best, separation, s, t);
     return best;
   }
@@ -187,26 +201,30 @@ Closest closest_edge_edge(dvec3 x0, dvec3 x1, dvec3 x2, dvec3 x3) {
   if (thin || scaled_t >= scale) offer_end(best, x3 - x0, first, false, 1.0lf);
   if (thin && interior && scale > parallel_scale) {
     dvec3 separation;
-    precise dvec3 from_s = from2 + s * first;
+    precise dvec3 from_s = from2 + scaled(s, first);
     double parameter = on_edge(from_s, second, separation);
     if (is_inside(parameter)) offer_points(best, separation, s, parameter);
   }
   return best;
 }
 
+// Returns the weights of a corner of a triangle.
+dvec4 corner_weight(uint corner) {
+  return corner == 0u ? weight_1 : corner == 1u ? weight_2 : weight_3;
+}
 // Sources of terms: 0 is the pair itself, 1 .. 3 the edge opposite corner source - 1 of a triangle,
 // 4 .. 6 its corner source - 4.
-Closest closest_on_border(dvec3 point, dvec3 corner[3], uint source) {
-  dvec4 weights[3] = dvec4[](weight_1, weight_2, weight_3);
+Closest closest_on_border(dvec3 point, dvec3 x1, dvec3 x2, dvec3 x3, uint source) {
   if (source >= 4u) {
-    dvec3 separation = point - corner[source - 4u];
+    dvec3 separation = point - pick(source - 4u, x1, x2, x3);
     return Closest(dot_of(separation, separation), separation,
-                   dvec4(1.0lf, 0.0lf, 0.0lf, 0.0lf) - weights[source - 4u], 0);
+                   dvec4(1.0lf, 0.0lf, 0.0lf, 0.0lf) - corner_weight(source - 4u), 0);
   }
   uint from = source % 3u, to = (source + 1u) % 3u;
   Closest closest = nothing_yet;
-  dvec3 from_start = point - corner[from];
-  offer_border(closest, from_start, corner[to] - corner[from], weights[from], weights[to]);
+  dvec3 start = pick(from, x1, x2, x3);
+  offer_border(closest, point - start, pick(to, x1, x2, x3) - start, corner_weight(from),
+               corner_weight(to));
   return closest;
 }
 )";
@@ -237,7 +255,8 @@ void store_term(uint place, uint candidate, uint source_and_coefficient, uint ro
 // Returns the smallest feature that contains the closest point of candidate i.
 uvec2 feature_of(uint i, Closest closest) {
   for (uint k = 0u; closest.free_directions < 2 && k < 3u; ++k) {
-    bool is_zero = closest.weight[k + 1u] == 0.0lf;
+    double weight = k == 0u ? closest.weight.y : k == 1u ? closest.weight.z : closest.weight.w;
+    bool is_zero = weight == 0.0lf;
     if (closest.free_directions == 0 && !is_zero) return uvec2(candidates[i].points[k + 1u]);
     if (closest.free_directions != 1 || !is_zero) continue;
     uint a = candidates[i].points[(k + 1u) % 3u + 1u], b = candidates[i].points[(k + 2u) % 3u + 1u];
@@ -263,13 +282,12 @@ uint collect_row(uint begin, uint first, uint last, double squared_reach, float 
     if (!(closest.squared_distance < squared_reach)) continue;
     collect(begin, end, i, 0u, 1, closest);
     uint own = candidates[i].own_features;
-    dvec3 point = vector_at(candidates[i].points[0]);
-    dvec3 corner[3];
-    for (uint k = 0u; k < 3u; ++k) corner[k] = vector_at(candidates[i].points[k + 1u]);
+    dvec3 x0 = vector_at(candidates[i].points[0]), x1 = vector_at(candidates[i].points[1]);
+    dvec3 x2 = vector_at(candidates[i].points[2]), x3 = vector_at(candidates[i].points[3]);
     for (uint bit = 0u; bit < 6u; ++bit) {
       uint source = 1u + (bit >> 1) + 3u * (bit & 1u);  // edge 0, corner 0, edge 1, ...
       if ((own >> (source - 1u) & 1u) == 0u) continue;
-      Closest border = closest_on_border(point, corner, source);
+      Closest border = closest_on_border(x0, x1, x2, x3, source);
       if (border.squared_distance < squared_reach)
         collect(begin, end, i, source, source < 4u ? -1 : 1, border);
     }

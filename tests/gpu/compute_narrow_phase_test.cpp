@@ -219,7 +219,7 @@ void expect_same(const ContactResult& result, std::uint32_t i, const Expected& e
     expect_close(found.turn_first, (*expected.turning[k])[0], 1e3 * push, "turning");
     expect_close(found.turn_second, (*expected.turning[k])[1], 1e3 * push, "turning");
   }
-  if (!expected.slidings[k]) return;
+  if (!expected.slidings[k] || !result.terms[i].slides()) return;
   const ContactSliding& sliding = result.slidings[i];
   double lever = 1;  // grows with the aspect ratio of a triangle, which amplifies rounding
   for (const Mat3& matrix : expected.slidings[k]->lever)
@@ -275,7 +275,11 @@ std::size_t compare(ComputeNarrowPhase& device, const Input& input) {
     EXPECT_EQ(term.candidate, expected.candidates[k]);
     EXPECT_EQ(term.row, expected.rows[k]);
     EXPECT_EQ(term.coefficient(), expected.pairs[k].coefficient);
-    EXPECT_EQ(term.slides(), expected.slidings[k].has_value());
+    // At the very end of the range the push is a rounding error, or zero.
+    if (term.slides() != expected.slidings[k].has_value()) {
+      const double size = input.rows[term.row].stiffness * input.groups.front().range;
+      EXPECT_LT(std::abs(expected.pairs[k].push), 1e-14 * size);
+    }
     EXPECT_EQ(term.is_mollified(), expected.turning[k].has_value());
     expect_same(result, i, expected, k, input);
     if (testing::Test::HasFailure()) {
