@@ -20,8 +20,8 @@ struct ContactLaw {
   double damping_time = 0;    // s
   double friction = 0;        // Coulomb coefficient
   double friction_speed = 0;  // m/s
-  // Of pairs that bounce (materials::bouncing_push): the speed below which they settle (m/s), and
-  // the speed of parting over the speed of approach. Zero: damping_time holds instead.
+  // Speed (m/s) below which a pair with a sphere settles, and the speed of parting over the speed
+  // of approach (materials::bouncing_push). A settling_speed of zero: damping_time holds instead.
   double settling_speed = 0, restitution = 0;
 };
 

@@ -63,13 +63,10 @@ ContactLaw SphereContactLaws::of(int body_a, int body_b, double range) const {
   const double relative_speed = impact_speed_ / range;
   ContactLaw law{.range = range,
                  .stiffness = relative_speed * relative_speed / inverse_mass,
-                 .damping_time = scene_.source.contact.damping_time,
                  .friction = pair.friction,
                  .friction_speed = scene_.source.contact.friction_speed};
-  if (!has_cloth) {
-    law.settling_speed = settling_share * impact_speed_;
-    law.restitution = pair.restitution;
-  }
+  law.settling_speed = settling_share * impact_speed_;
+  if (!has_cloth) law.restitution = pair.restitution;
   return law;
 }
 

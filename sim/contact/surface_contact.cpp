@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "bsi/continuous_collision.h"
 #include "materials/contact.h"
 #include "sim/base/parallel.h"
 #include "sim/case/case_text.h"
@@ -13,11 +12,6 @@
 namespace weft::sim {
 
 namespace {
-
-bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes, std::span<const Vec3> x) {
-  return edges ? bsi::closest_edge_edge(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]])
-               : bsi::closest_vertex_triangle(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]]);
-}
 
 // Returns the smallest index from `i` on at which a chunk of pairs may begin. For samples, all
 // pairs of a vertex belong to one chunk.
@@ -40,21 +34,6 @@ void use_secant(const Vec3& normal, Sliding& sliding) {
 }
 
 }  // namespace
-
-// Returns an upper bound of the stray of both features together, m. A point of a feature is a
-// convex combination of the feature's corners, so it strays no more than the corner that strays
-// most.
-double SurfaceContact::stray_of(const Pair& pair, const PointStray& stray) const {
-  double side[2] = {0, 0};
-  const int split = pair.edges ? 2 : 1;
-  for (int i = 0; i < 4; ++i) {
-    double& largest = side[i < split ? 0 : 1];
-    const int node = pair.nodes[i];
-    largest = std::max(largest, is_dynamic(node) ? stray.point[node]
-                                                 : stray.body[scene_.body_index_of_point(node)]);
-  }
-  return side[0] + side[1];
-}
 
 std::string ContactFault::describe(const Scene& scene) const {
   const auto name = [&](int point) { return scene.describe_point(point); };
@@ -130,13 +109,6 @@ double SurfaceContact::range_of(const PairGroup& group) const {
   return group.samples && !on_cloth ? range_ : short_range * range_;
 }
 
-// Returns the distance (m) that features must keep on a path. It is half the thickness, so that a
-// path is refused only if it comes clearly closer than its end. Spheres keep nearly all of theirs.
-double SurfaceContact::path_distance(const PairGroup& group) const {
-  const double half = 0.5 * group.thickness;
-  return group.has_spheres() ? std::max(half, group.thickness - short_range * range_) : half;
-}
-
 ContactLaw SurfaceContact::law_of(const PairGroup& group, const std::array<int, 4>& nodes) const {
   const double range = range_of(group);
   if (group.of_spheres) return spheres_.of(group.body_a, group.body_b, range);
@@ -149,6 +121,9 @@ ContactLaw SurfaceContact::law_of(const PairGroup& group, const std::array<int, 
     const bool both = !group.on_spheres && scene_.bodies[group.surface].dynamic;
     law.stiffness = (both ? 0.5 : 1.0) * stiffness_ * scene_.contact_area[nodes[0]];
   }
+  // Points of cloth stay where they hit a sphere: a restitution of 0.
+  if (group.on_spheres)
+    law.settling_speed = spheres_.of(group.body_a, group.body_b, range).settling_speed;
   return law;
 }
 
@@ -459,100 +434,6 @@ double SurfaceContact::mollify(const Pair& pair, const bsi::Closest& closest,
   const Vec3 on_b = -energy * m.first * 2 * (a.squaredNorm() * b - dot * a);
   found.mollified.push_back({pair.nodes, {-on_a, on_a, -on_b, on_b}});
   return m.value;
-}
-
-std::optional<ContactFault> SurfaceContact::check_path(const PlacedPoints& start,
-                                                       const PlacedPoints& end,
-                                                       const PointStray& stray,
-                                                       const CurveStray& curve) {
-  return find_path_fault(start, end, {.gap = true, .stray = stray, .curve = curve});
-}
-
-std::optional<ContactFault> SurfaceContact::check_crossing(const PlacedPoints& start,
-                                                           const PlacedPoints& end,
-                                                           const CurveStray& curve) {
-  return find_path_fault(start, end, {.gap = false, .stray = {}, .curve = curve});
-}
-
-std::optional<ContactFault> SurfaceContact::find_path_fault(const PlacedPoints& start,
-                                                            const PlacedPoints& end,
-                                                            const PathDemand& demand) {
-  open_.clear();
-  std::span<const double> reach = demand.stray.body;
-  if (!demand.curve.body.empty()) {
-    body_reach_.assign(demand.curve.body.begin(), demand.curve.body.end());
-    for (std::size_t b = 0; b < reach.size(); ++b) body_reach_[b] += reach[b];
-    reach = body_reach_;
-  }
-  if (const auto bad = search_.update_path(start, end, reach)) {
-    return ContactFault{ContactFault::Kind::not_finite, {*bad}};
-  }
-  PhaseTimer timer(statistics_.phases.narrow_phase);
-  begin_placing();
-  std::vector<PairGroup> groups = groups_within(0.0, 0.0);
-  append_neighbours(groups);
-  for (const PairGroup& group : groups) {
-    place_nodes(group, start, end);
-    const int count = static_cast<int>(group.nodes.size());
-    statistics_.counters.narrow_phase_calls += count;
-    statistics_.counters.ccd_calls += count;
-    std::vector<std::optional<ContactFault>> faults((count + chunk_size - 1) / chunk_size);
-    std::vector<std::vector<OpenPair>> open(faults.size());
-    parallel_chunks(count, scene_.threads, [&](int first, int last) {
-      faults[first / chunk_size] = check_part(group, first, last, start.position(), end.position(),
-                                              demand, open[first / chunk_size]);
-    });
-    for (const auto& fault : faults)
-      if (fault) return fault;
-    for (const auto& part : open) open_.insert(open_.end(), part.begin(), part.end());
-  }
-  return std::nullopt;
-}
-
-// Returns the first fault of the pairs first .. last - 1. A cheap test finds most pairs free of
-// faults.
-std::optional<ContactFault> SurfaceContact::check_part(
-    const PairGroup& group, std::size_t first, std::size_t last, std::span<const Vec3> start,
-    std::span<const Vec3> end, const PathDemand& demand, std::vector<OpenPair>& open) const {
-  // If a gap is demanded, the end must keep the whole thickness.
-  const double kept = demand.gap ? path_distance(group) : 0.0;
-  const PointStray& stray = demand.stray;
-  // The cheap test uses the largest strays of both bodies. The stray of a single pair may be
-  // smaller.
-  double largest = kept;
-  for (const std::span<const double> by_body : {stray.body, demand.curve.body}) {
-    if (!by_body.empty()) largest += by_body[group.body_a] + by_body[group.body_b];
-  }
-  std::vector<int> unproved;
-  bsi::find_unproved_paths(group.kind(), start, end,
-                           std::span(group.nodes).subspan(first, last - first), largest,
-                           demand.gap ? std::max(group.thickness, largest) : largest, unproved);
-  for (int i : unproved) {
-    const Pair pair = group.pair(first + i);
-    const bsi::Closest at_end = closest_of(pair.edges, pair.nodes, end);
-    const double gap = std::sqrt(at_end.squared_distance) - pair.thickness;
-    if (demand.gap && !(gap > 0)) {
-      return ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
-    }
-    double separation = kept;
-    if (!stray.body.empty()) separation += stray_of(pair, stray);
-    const double curve = demand.curve.body.empty() ? 0 : stray_of(pair, demand.curve);
-    bsi::FourPoints from, to;
-    for (int k = 0; k < 4; ++k) {
-      from[k] = start[pair.nodes[k]];
-      to[k] = end[pair.nodes[k]];
-    }
-    const auto is_safe = [&](double apart) {
-      return (pair.edges ? bsi::safe_fraction_edge_edge(from, to, apart)
-                         : bsi::safe_fraction_vertex_triangle(from, to, apart)) >= 1;
-    };
-    if (is_safe(separation + curve)) continue;
-    if (curve == 0 || !is_safe(separation))
-      return ContactFault{ContactFault::Kind::crossing, pair.nodes, gap};
-    const double left_by = curve + 2 * demand.curve.covered * group.thickness;
-    open.push_back({pair.nodes, pair.edges ? 2 : 1, left_by});
-  }
-  return std::nullopt;
 }
 
 std::optional<ContactFault> SurfaceContact::check_state(std::span<const Vec3> position,

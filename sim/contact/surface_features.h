@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <span>
 
+#include "bsi/proximity.h"
 #include "sim/contact/contact_search.h"
 #include "sim/scene/scene.h"
 
@@ -44,6 +46,13 @@ inline std::array<int, 4> points_of(bool edges, const SurfaceFeatures& first,
   }
   const auto [a, b, c] = second.triangle(pair.b);
   return {first.vertex(pair.a), a, b, c};
+}
+
+// Returns the closest points of a pair of surface points.
+inline bsi::Closest closest_of(bool edges, const std::array<int, 4>& nodes,
+                               std::span<const Vec3> x) {
+  return edges ? bsi::closest_edge_edge(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]])
+               : bsi::closest_vertex_triangle(x[nodes[0]], x[nodes[1]], x[nodes[2]], x[nodes[3]]);
 }
 
 }  // namespace weft::sim

@@ -1,0 +1,128 @@
+// Proofs that surfaces stay apart on paths.
+#include <algorithm>
+#include <cmath>
+
+#include "bsi/continuous_collision.h"
+#include "sim/base/parallel.h"
+#include "sim/contact/surface_contact.h"
+#include "sim/contact/surface_features.h"
+
+namespace weft::sim {
+
+// Returns an upper bound of the stray of both features together, m. A point of a feature is a
+// convex combination of the feature's corners, so it strays no more than the corner that strays
+// most.
+double SurfaceContact::stray_of(const Pair& pair, const PointStray& stray) const {
+  double side[2] = {0, 0};
+  const int split = pair.edges ? 2 : 1;
+  for (int i = 0; i < 4; ++i) {
+    double& largest = side[i < split ? 0 : 1];
+    const int node = pair.nodes[i];
+    largest = std::max(largest, is_dynamic(node) ? stray.point[node]
+                                                 : stray.body[scene_.body_index_of_point(node)]);
+  }
+  return side[0] + side[1];
+}
+
+// Returns the distance (m) that features must keep on a path. It is half the thickness, so that a
+// path is refused only if it comes clearly closer than its end. Spheres keep nearly all of theirs.
+double SurfaceContact::path_distance(const PairGroup& group) const {
+  const double half = 0.5 * group.thickness;
+  return group.has_spheres() ? std::max(half, group.thickness - short_range * range_) : half;
+}
+
+std::optional<ContactFault> SurfaceContact::check_path(const PlacedPoints& start,
+                                                       const PlacedPoints& end,
+                                                       const PointStray& stray,
+                                                       const CurveStray& curve) {
+  return find_path_fault(start, end, {.gap = true, .stray = stray, .curve = curve});
+}
+
+std::optional<ContactFault> SurfaceContact::check_crossing(const PlacedPoints& start,
+                                                           const PlacedPoints& end,
+                                                           const CurveStray& curve) {
+  return find_path_fault(start, end, {.gap = false, .stray = {}, .curve = curve});
+}
+
+std::optional<ContactFault> SurfaceContact::find_path_fault(const PlacedPoints& start,
+                                                            const PlacedPoints& end,
+                                                            const PathDemand& demand) {
+  open_.clear();
+  std::span<const double> reach = demand.stray.body;
+  if (!demand.curve.body.empty()) {
+    body_reach_.assign(demand.curve.body.begin(), demand.curve.body.end());
+    for (std::size_t b = 0; b < reach.size(); ++b) body_reach_[b] += reach[b];
+    reach = body_reach_;
+  }
+  if (const auto bad = search_.update_path(start, end, reach)) {
+    return ContactFault{ContactFault::Kind::not_finite, {*bad}};
+  }
+  PhaseTimer timer(statistics_.phases.narrow_phase);
+  begin_placing();
+  std::vector<PairGroup> groups = groups_within(0.0, 0.0);
+  append_neighbours(groups);
+  for (const PairGroup& group : groups) {
+    place_nodes(group, start, end);
+    const int count = static_cast<int>(group.nodes.size());
+    statistics_.counters.narrow_phase_calls += count;
+    statistics_.counters.ccd_calls += count;
+    std::vector<std::optional<ContactFault>> faults((count + chunk_size - 1) / chunk_size);
+    std::vector<std::vector<OpenPair>> open(faults.size());
+    parallel_chunks(count, scene_.threads, [&](int first, int last) {
+      faults[first / chunk_size] = check_part(group, first, last, start.position(), end.position(),
+                                              demand, open[first / chunk_size]);
+    });
+    for (const auto& fault : faults)
+      if (fault) return fault;
+    for (const auto& part : open) open_.insert(open_.end(), part.begin(), part.end());
+  }
+  return std::nullopt;
+}
+
+// Returns the first fault of the pairs first .. last - 1. A cheap test finds most pairs free of
+// faults.
+std::optional<ContactFault> SurfaceContact::check_part(
+    const PairGroup& group, std::size_t first, std::size_t last, std::span<const Vec3> start,
+    std::span<const Vec3> end, const PathDemand& demand, std::vector<OpenPair>& open) const {
+  // If a gap is demanded, the end must keep the whole thickness.
+  const double kept = demand.gap ? path_distance(group) : 0.0;
+  const PointStray& stray = demand.stray;
+  // The cheap test uses the largest strays of both bodies. The stray of a single pair may be
+  // smaller.
+  double largest = kept;
+  for (const std::span<const double> by_body : {stray.body, demand.curve.body}) {
+    if (!by_body.empty()) largest += by_body[group.body_a] + by_body[group.body_b];
+  }
+  std::vector<int> unproved;
+  bsi::find_unproved_paths(group.kind(), start, end,
+                           std::span(group.nodes).subspan(first, last - first), largest,
+                           demand.gap ? std::max(group.thickness, largest) : largest, unproved);
+  for (int i : unproved) {
+    const Pair pair = group.pair(first + i);
+    const bsi::Closest at_end = closest_of(pair.edges, pair.nodes, end);
+    const double gap = std::sqrt(at_end.squared_distance) - pair.thickness;
+    if (demand.gap && !(gap > 0)) {
+      return ContactFault{ContactFault::Kind::touching, pair.nodes, gap};
+    }
+    double separation = kept;
+    if (!stray.body.empty()) separation += stray_of(pair, stray);
+    const double curve = demand.curve.body.empty() ? 0 : stray_of(pair, demand.curve);
+    bsi::FourPoints from, to;
+    for (int k = 0; k < 4; ++k) {
+      from[k] = start[pair.nodes[k]];
+      to[k] = end[pair.nodes[k]];
+    }
+    const auto is_safe = [&](double apart) {
+      return (pair.edges ? bsi::safe_fraction_edge_edge(from, to, apart)
+                         : bsi::safe_fraction_vertex_triangle(from, to, apart)) >= 1;
+    };
+    if (is_safe(separation + curve)) continue;
+    if (curve == 0 || !is_safe(separation))
+      return ContactFault{ContactFault::Kind::crossing, pair.nodes, gap};
+    const double left_by = curve + 2 * demand.curve.covered * group.thickness;
+    open.push_back({pair.nodes, pair.edges ? 2 : 1, left_by});
+  }
+  return std::nullopt;
+}
+
+}  // namespace weft::sim
