@@ -390,9 +390,10 @@ TEST_F(RenderTrajectory, SaysThatThereIsNoFfmpeg) {
 }
 
 TEST_F(RenderTrajectory, SlowsTheMovieByTheTimeScale) {
-  const std::string path = write_trajectory(3, 1.0, 200,
-                                            "[time]\nscale = 0.25\n[[body]]\nname = \"sheet\"\n"
-                                            "shape = { type = \"rectangle\", size = [1, 1] }\n");
+  const std::string path =
+      write_trajectory(3, 1.0, 200,
+                       "[time]\nscale = 0.25\n[[body]]\nname = \"sheet\"\n"
+                       "shape = { type = \"rectangle\", size = [1, 1], resolution = [9, 9] }\n");
   EXPECT_NEAR(render_trajectory(path, pictures(), small_pictures()).frames_per_second, 2.5, 1e-9);
 }
 
