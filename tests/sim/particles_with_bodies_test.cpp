@@ -373,6 +373,21 @@ TEST(ParticlesWithBodies, ForcesBalance) {
   EXPECT_LT(torque.norm(), 1e-12 * size);
 }
 
+// Two spheres slide past each other: friction has Coulomb's share of the push.
+TEST(ParticlesWithBodies, FrictionFollowsCoulomb) {
+  const auto scene = build_scene(parse_case(
+      two_balls, "test.toml",
+      {"particles.0.positions.centre=[0, 0, 0]", "particles.1.positions.centre=[0.051, 0, 0]",
+       "particles.0.friction=0.2", "particles.1.friction=0.45"}));
+  Statistics statistics;
+  Contact contact(*scene, statistics);
+  const RandomState state{scene->initial_position, {Vec3(0, 1, 0), Vec3(0, -2, 0)}};
+  const std::vector<Vec3> force = forces_at(contact, *scene, state);
+  ASSERT_LT(force[0].x(), 0);
+  EXPECT_NEAR(force[0].y() / force[0].x(), 0.3, 1e-9);  // the geometric mean
+  EXPECT_LT((force[0] + force[1]).norm(), 1e-12 * force[0].norm());
+}
+
 TEST(ParticlesWithBodies, DampingBlocksAreTheSlopeOfTheForceInVelocity) {
   for (const double friction : {0.0, 0.4}) {
     const auto scene = build_scene(parse_case(touching(friction), "test.toml"));
