@@ -15,7 +15,7 @@ constexpr double least_impact_speed = 0.5;
 // Speed below which a sphere settles, as a fraction of the expected speed of impacts. With less,
 // spheres at rest are stiffer. With more, low bounces end earlier.
 constexpr double settling_share = 2e-3;
-// The same on cloth, whose light points would change their velocity too abruptly.
+// That fraction on cloth, whose light points would else change their velocity too abruptly.
 constexpr double settling_share_on_cloth = 0.25;
 
 // Returns the extent (m) of all particles at t = 0 along a unit vector.
