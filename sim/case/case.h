@@ -50,6 +50,7 @@ struct TimeCase {
   TimeMethod method = TimeMethod::cvode;
   double duration = 1.0;            // s, > 0
   double frames_per_second = 60.0;  // 1/s, > 0
+  double scale = 1;                 // simulated seconds per second of a movie, > 0
   std::optional<double> accuracy;   // m; error to aim for, from which tolerance or step follow
   // m; position error allowed per step or, with fixed steps of an implicit method, in the solution
   // of the equations of a step.

@@ -20,7 +20,7 @@ std::vector<NamedValue<TimeMethod>> named_methods() {
 // therefore does not compile until the binding names it.
 
 Table describe(TimeCase& target) {
-  auto& [method, duration, frames, accuracy, position_tolerance, velocity_tolerance,
+  auto& [method, duration, frames, scale, accuracy, position_tolerance, velocity_tolerance,
          relative_tolerance, step, newton, order, minimum_step, maximum_step, preconditioner,
          sleep] = target;
   return {{
@@ -33,6 +33,10 @@ Table describe(TimeCase& target) {
             "many rigid particles that collide by impulses, without bodies."),
       field("duration", &duration, "s", positive, "Time to simulate."),
       field("frames_per_second", &frames, "1/s", positive, "Frames recorded per second."),
+      field(
+          "scale", &scale, "", positive,
+          "Time scale of movies: simulated seconds per second of the movie. 0.25 shows the motion "
+          "four times slower. The simulation does not depend on it."),
       field("accuracy", &accuracy, "m", positive,
             "Error to aim for. The error of a body in a frame is the root mean square, over its "
             "vertices, of the distance from the exact integration in time of the same mesh; the "

@@ -85,7 +85,8 @@ double apply_push(const ContactLaw& law, double thickness, double mollifier,
   pair.push = pair.coefficient * push.force;
   pair.stiffness = pair.coefficient * push.stiffness;
   pair.damping = pair.coefficient * push.damping;
-  return -pair.coefficient * barrier.first;
+  // A bounce takes the friction of its whole push, or else parts of impacts would count twice.
+  return law.settling_speed > 0 ? pair.push : -pair.coefficient * barrier.first;
 }
 
 Vec3 rigid_spin(const std::array<Vec3, 3>& position, const std::array<Vec3, 3>& velocity) {

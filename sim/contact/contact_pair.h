@@ -22,8 +22,8 @@ struct ContactLaw {
   double friction_speed = 0;  // m/s
   // Friction speed by sticking distance of anchored contacts, 1/s.
   double hold_rate = 0;
-  // Of pairs that bounce (materials::bouncing_push): the speed below which they settle (m/s), and
-  // the speed of parting over the speed of approach. Zero: damping_time holds instead.
+  // Speed (m/s) below which a pair with a sphere settles, and the speed of parting over the speed
+  // of approach (materials::bouncing_push). A settling_speed of zero: damping_time holds instead.
   double settling_speed = 0, restitution = 0;
 };
 
@@ -69,7 +69,8 @@ struct MollifierForce {
 // Sets the weights, normal, gap, energy, push and derivatives of the push in `pair` from its
 // closest points. Preconditions: the gap is positive, and the nodes and the coefficient of `pair`
 // are set. The barrier is multiplied by `mollifier`. `velocity` has the velocities of all surface
-// points (m/s). Returns the push of the barrier alone, N.
+// points (m/s). Returns the push that limits friction, N: that of the barrier alone, or the whole
+// push if the pair has a settling_speed.
 double apply_push(const ContactLaw& law, double thickness, double mollifier,
                   const bsi::Closest& closest, std::span<const Vec3> velocity, ContactPair& pair);
 
@@ -80,8 +81,9 @@ Vec3 rigid_spin(const std::array<Vec3, 3>& position, const std::array<Vec3, 3>& 
 // Returns the friction of a pair whose push is known. Returns nothing if there is no friction, or
 // if two dynamic features do not span a surface. `obstacle_spin` is the angular velocity (rad/s) of
 // the feature that belongs to an obstacle, if any. `barrier_push` is the result of apply_push(). It
-// excludes damping, which jumps at an impact and would make Newton's iteration fail more often.
-// `from_anchor` (m) is the vector from the anchor to the first feature, or null without an anchor.
+// excludes the damping of cloth, which jumps at an impact and would make Newton's iteration fail
+// more often. `from_anchor` (m) is the vector from the anchor to the first feature, or null without
+// an anchor.
 std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
                                    double barrier_push, const bsi::Closest& closest,
                                    const bsi::FourPoints& points, std::span<const Vec3> velocity,

@@ -15,6 +15,8 @@ constexpr double least_impact_speed = 0.5;
 // Speed below which a sphere settles, as a fraction of the expected speed of impacts. With less,
 // spheres at rest are stiffer. With more, low bounces end earlier.
 constexpr double settling_share = 2e-3;
+// That fraction on cloth, whose light points would else change their velocity too abruptly.
+constexpr double settling_share_on_cloth = 0.25;
 
 // Returns the extent (m) of all particles at t = 0 along a unit vector.
 double extent_along(const Scene& scene, const Vec3& direction) {
@@ -63,13 +65,10 @@ ContactLaw SphereContactLaws::of(int body_a, int body_b, double range) const {
   const double relative_speed = impact_speed_ / range;
   ContactLaw law{.range = range,
                  .stiffness = relative_speed * relative_speed / inverse_mass,
-                 .damping_time = scene_.source.contact.damping_time,
                  .friction = pair.friction,
                  .friction_speed = scene_.source.contact.friction_speed};
-  if (!has_cloth) {
-    law.settling_speed = settling_share * impact_speed_;
-    law.restitution = pair.restitution;
-  }
+  law.settling_speed = (has_cloth ? settling_share_on_cloth : settling_share) * impact_speed_;
+  if (!has_cloth) law.restitution = pair.restitution;
   return law;
 }
 

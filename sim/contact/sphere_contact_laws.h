@@ -9,10 +9,10 @@
 
 namespace weft::sim {
 
-// Spheres bounce off each other and off obstacles, with the restitution of the case. On cloth, they
-// are damped as cloth is by contact.damping_time. The barrier of a sphere stores the kinetic energy
-// of an impact at the largest expected speed in about two thirds of its range, so that its
-// stiffness follows from masses and not from an area.
+// Spheres bounce off each other and off obstacles, with the restitution of the case. Points of
+// cloth that hit a sphere do not bounce; the cloth as a whole rebounds by its elasticity. The
+// barrier of a sphere stores the kinetic energy of an impact at the largest expected speed in about
+// two thirds of its range, so that its stiffness follows from masses and not from an area.
 class SphereContactLaws {
  public:
   // The scene must outlive the object. O(points).

@@ -5,7 +5,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "bsi/continuous_collision.h"
 #include "materials/contact.h"
 #include "sim/base/parallel.h"
 #include "sim/case/case_text.h"
@@ -126,6 +125,9 @@ ContactLaw SurfaceContact::law_of(const PairGroup& group, const std::array<int, 
   } else {
     law.stiffness = sample_stiffness(scene_, scene_.bodies[group.surface], nodes[0]);
   }
+  // Points of cloth stay where they hit a sphere: a restitution of 0.
+  if (group.on_spheres)
+    law.settling_speed = spheres_.of(group.body_a, group.body_b, range).settling_speed;
   return law;
 }
 

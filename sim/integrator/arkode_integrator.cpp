@@ -124,8 +124,8 @@ void ArkodeIntegrator::create(bool implicit) {
   ARKStepSetErrHandlerFn(
       arkode_, [](int, const char*, const char*, char*, void*) {}, nullptr);
   ARKStepWFtolerances(arkode_, [](N_Vector y, N_Vector weight, void* self) {
-    const TimeCase& options = static_cast<ArkodeIntegrator*>(self)->scene().source.time;
-    return error_weights(options, values(y), values(weight)) ? 0 : -1;
+    const Scene& scene = static_cast<ArkodeIntegrator*>(self)->scene();
+    return error_weights(scene, values(y), values(weight)) ? 0 : -1;
   });
   if (implicit) {
     ARKStepSetTableNum(arkode_, ARKODE_TRBDF2_3_3_2, ARKODE_ERK_NONE);

@@ -131,8 +131,8 @@ void CvodeIntegrator::Implementation::set_options() {
   CVodeSetErrHandlerFn(
       cvode, [](int, const char*, const char*, char*, void*) {}, nullptr);
   CVodeWFtolerances(cvode, [](N_Vector state, N_Vector weight, void* self) {
-    const TimeCase& time_case = static_cast<Implementation*>(self)->scene.source.time;
-    return error_weights(time_case, values(state), values(weight)) ? 0 : -1;
+    const Scene& scene = static_cast<Implementation*>(self)->scene;
+    return error_weights(scene, values(state), values(weight)) ? 0 : -1;
   });
   CVodeSetMaxOrd(cvode, options.maximum_order);
   CVodeSetMinStep(cvode, options.minimum_step);

@@ -38,7 +38,7 @@ class EulerIntegrator final : public StageIntegrator {
   Trouble test_error(double h, std::span<const double> y) {
     const bool begins_anew = last_step() == 0 || event_time_ == time();
     if (begins_anew && dynamics().rate(time(), state(), rate_)) return Trouble::surfaces;
-    if (!error_weights(scene().source.time, state(), weight_)) return Trouble::not_finite;
+    if (!error_weights(scene(), state(), weight_)) return Trouble::not_finite;
     const double factor = h * h / (h + (begins_anew ? 0 : last_step()));
     double sum = 0;
     for (std::size_t i = 0; i < y.size(); ++i) {

@@ -25,7 +25,7 @@ double weighted_norm(std::span<const double> values, std::span<const double> wei
 double first_step(Dynamics& dynamics, double time, std::span<const double> y) {
   const TimeCase& options = dynamics.scene().source.time;
   std::vector<double> weight(y.size()), rate(y.size()), ahead(y.size()), change(y.size());
-  if (!error_weights(options, y, weight) || dynamics.rate(time, y, rate))
+  if (!error_weights(dynamics.scene(), y, weight) || dynamics.rate(time, y, rate))
     return options.minimum_step;
   const double slope = weighted_norm(rate, weight);
   double trial = std::min(longest_first_step, 1 / slope);

@@ -435,7 +435,7 @@ StageSolver::Outcome StageSolver::Implementation::correct(std::span<double> y) {
 // of the barrier of an obstacle that has moved by its full step. The gap would then shrink with
 // every step until it vanishes.
 StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<double> y) {
-  error_weights(scene.source.time, y, weight);
+  error_weights(scene, y, weight);
   const bool has_contact = dynamics.contact() != nullptr;
   if (has_contact) dynamics.contact()->clear_stops();
   const bool is_judged = has_contact && is_driven();
@@ -489,7 +489,7 @@ StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const 
     return outcome;
   }
   const std::span<double> u = values(self.u);
-  error_weights(self.scene.source.time, a, values(self.residual_scale));
+  error_weights(self.scene, a, values(self.residual_scale));
   N_VScale(scale_of_corrections, self.residual_scale, self.step_scale);
   self.guess(u);
   // Full corrections come first. Stiff cloth rotates along straight lines: one correction stretches

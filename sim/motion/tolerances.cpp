@@ -11,7 +11,31 @@ double velocity_tolerance(const TimeCase& options) {
   return options.velocity_tolerance.value_or(100 * options.position_tolerance);
 }
 
-bool error_weights(const TimeCase& options, std::span<const double> y, std::span<double> weights) {
+namespace {
+
+// Part of the tolerances that the error of spheres may take.
+constexpr double part_for_spheres = 1.0 / 3;
+
+// Multiplies the weights of spheres.
+void raise_weights_of_spheres(const Scene& scene, std::span<double> weights) {
+  double spheres = 0;
+  for (const SceneBody& body : scene.bodies) {
+    if (body.dynamic && body.spheres != nullptr) spheres += body.particle_count();
+  }
+  const double factor = std::sqrt(scene.dynamic_particles / spheres) / part_for_spheres;
+  for (const SceneBody& body : scene.bodies) {
+    if (!body.dynamic || body.spheres == nullptr) continue;
+    const auto first = 3 * static_cast<std::size_t>(body.first_particle);
+    const auto count = 3 * static_cast<std::size_t>(body.particle_count());
+    for (const std::size_t half : {std::size_t{0}, weights.size() / 2})
+      for (double& weight : weights.subspan(half + first, count)) weight *= factor;
+  }
+}
+
+}  // namespace
+
+bool error_weights(const Scene& scene, std::span<const double> y, std::span<double> weights) {
+  const TimeCase& options = scene.source.time;
   const double tolerance = velocity_tolerance(options);
   const StateView view = StateView::of(y);
   const std::size_t half = y.size() / 2;
@@ -21,6 +45,7 @@ bool error_weights(const TimeCase& options, std::span<const double> y, std::span
     if (!std::isfinite(value)) return false;
     std::fill_n(weights.begin() + static_cast<std::ptrdiff_t>(half + 3 * i), 3, value);
   }
+  if (!scene.source.particles.empty()) raise_weights_of_spheres(scene, weights);
   return true;
 }
 

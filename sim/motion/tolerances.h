@@ -9,12 +9,15 @@
 namespace weft::sim {
 
 class Dynamics;
+struct Scene;
 
 // Computes the weights 1 / position_tolerance for positions and 1 / (velocity_tolerance +
 // relative_tolerance |v|) for velocities; `y` and `weights` have 6 * particles entries. The three
-// components of a vector share one weight, so error tests do not depend on the axes. Returns false
-// if a weight is not finite.
-bool error_weights(const TimeCase& options, std::span<const double> y, std::span<double> weights);
+// components of a vector share one weight, so error tests do not depend on the axes. The weights of
+// the spheres of [[particles]] are larger: their mean error over all spheres, not over all
+// particles, is kept to a third of the tolerances, which resolves bounces. Returns false if a
+// weight is not finite.
+bool error_weights(const Scene& scene, std::span<const double> y, std::span<double> weights);
 
 // Returns the velocity tolerance of the case (m/s). By default it is 100 /s * position_tolerance.
 double velocity_tolerance(const TimeCase& options);

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "gpu/renderer.h"
+#include "sim/case/case_error.h"
+#include "sim/case/case_reader.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/view/movie_file.h"
 #include "sim/view/painted_field.h"
@@ -186,12 +188,22 @@ void refuse_foreign_files(const std::string& directory, const std::string& movie
   if (is_in_the_way(movie, is_own_movie(movie))) refuse(movie);
 }
 
+// Returns time.scale of the case, or 1 if this version cannot read the case.
+double time_scale(const TrajectoryReader& reader) {
+  try {
+    return parse_case(reader.case_text(), "case").time.scale;
+  } catch (const CaseError&) {
+    return 1;
+  }
+}
+
 double movie_rate(const TrajectoryReader& reader, const std::vector<int>& frames,
                   const RenderOptions& options) {
   if (options.frames_per_second) return *options.frames_per_second;
   const double duration = reader.time(frames.back()) - reader.time(frames.front());
   if (!(duration > 0)) return 25;
-  return std::clamp(static_cast<double>(frames.size() - 1) / duration, 1.0, 120.0);
+  const double rate = time_scale(reader) * static_cast<double>(frames.size() - 1) / duration;
+  return std::clamp(rate, 1.0, 120.0);
 }
 
 // Returns the field that colours the bodies, or nothing if the options name no field.

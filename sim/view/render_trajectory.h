@@ -33,8 +33,8 @@ struct RenderOptions {
   std::optional<std::array<double, 2>> colour_range;
   bool force = false;  // if true, overwrites files that no rendering made
   bool movie = true;   // if true, also makes directory/movie.mp4, given that ffmpeg is installed
-  // Frames per second of the movie, > 0. Default: real time, but at least 1 and at most 120; 25 if
-  // the frames span no time.
+  // Frames per second of the movie, > 0. Default: real time multiplied by time.scale of the case,
+  // but at least 1 and at most 120; 25 if the frames span no time.
   std::optional<double> frames_per_second;
   // Is called with the number of finished pictures and the number of all pictures, before the first
   // picture and after each one.

@@ -65,9 +65,13 @@ template <class Condition>
 void describe_lack(const Scene& scene, const Condition& lacks, const std::string& what,
                    const std::string& every, const std::string& its, const std::string& their,
                    std::ostream& out) {
+  const auto is_surface = [](const SceneBody& body) {
+    return body.dynamic && body.spheres == nullptr;
+  };
   const auto bodies = bodies_that(
-      scene, [&](const SceneBody& body) { return body.dynamic && lacks(*body.material); });
-  if (static_cast<int>(bodies.size()) == scene.dynamic_bodies) {
+      scene, [&](const SceneBody& body) { return is_surface(body) && lacks(*body.material); });
+  if (bodies.empty()) return;
+  if (bodies.size() == bodies_that(scene, is_surface).size()) {
     out << "  skipped " << what << ": " << every << '\n';
   } else {
     describe_each(bodies, "skipped " + what + " of", its, their, out);

@@ -18,7 +18,8 @@ constexpr double degree = std::numbers::pi / 180;
 
 class Turner {
  public:
-  explicit Turner(std::uint32_t seed) : random_(seed) {
+  Turner(std::uint32_t seed, bool turns) : random_(seed) {
+    if (!turns) return;
     // Four normal numbers are a random rotation once they are a unit quaternion.
     std::normal_distribution<double> normal;
     double q[4];
@@ -66,7 +67,7 @@ class Turner {
   void turn_form(sim::GustCase& gust) const { turn(gust.mean); }
 
   std::mt19937 random_;
-  Eigen::Quaterniond turn_;
+  Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
 };
 
 void refuse_regions(const sim::VertexSelection& vertices) {
@@ -106,7 +107,8 @@ void vary(sim::BodyCase& body, bool can_stretch, Turner& turner) {
 
 sim::Case varied(const sim::Case& source, std::uint32_t seed) {
   sim::Case result = source;
-  Turner turner(seed);
+  // The places of particles have the directions of the axes, so cases with particles do not turn.
+  Turner turner(seed, source.particles.empty());
   turner.turn(result.world.gravity);
   turner.turn(result.world.wind);
   for (sim::BodyCase& body : result.body) vary(body, !is_shell(source, body), turner);

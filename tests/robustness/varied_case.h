@@ -15,7 +15,7 @@ constexpr double jitter = 1e-6;
 // to `jitter` times its size, turned by up to `jitter` rad and, unless it is a shell, stretched by
 // factors within 1 +- `jitter`: shells of metal would ring. Equal seeds give equal cases. Throws
 // std::invalid_argument for a case that names directions or places of the world in a form that
-// cannot turn: a region, or `axes` of a pin.
+// cannot turn: a region, or `axes` of a pin. A case with particles does not turn.
 sim::Case varied(const sim::Case& source, std::uint32_t seed);
 
 }  // namespace weft::robustness

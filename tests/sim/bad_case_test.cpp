@@ -75,7 +75,7 @@ zeta = 1
 alpha = 1
 )" + sheet,
        R"(case.toml:2:1: unknown key "zeta" in [time]
-  expected one of "method", "duration", "frames_per_second", "accuracy", "position_tolerance", "velocity_tolerance", "relative_tolerance", "step", "newton", "maximum_order", "minimum_step", "maximum_step", "preconditioner", "sleep")"},
+  expected one of "method", "duration", "frames_per_second", "scale", "accuracy", "position_tolerance", "velocity_tolerance", "relative_tolerance", "step", "newton", "maximum_order", "minimum_step", "maximum_step", "preconditioner", "sleep")"},
       // Wrong types are refused at the value.
       {"string_for_number",
        R"([time]

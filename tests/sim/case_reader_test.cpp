@@ -342,7 +342,7 @@ TEST(CaseSchema, CoversEveryKey) {
   });
   const std::map<std::string, int> expected{
       {"", 17},
-      {"time", 14},
+      {"time", 15},
       {"static", 7},
       {"world", 3},
       {"contact", 9},

@@ -148,5 +148,43 @@ TEST_F(ParticlesTrajectory, IsDescribedByCheck) {
       << text;
 }
 
+// A ball on a sheet, with a channel that particles do not have.
+const std::string ball_on_sheet = R"case(
+[time]
+duration = 0.1
+frames_per_second = 20
+[output]
+channels = ["velocity", "contact_force", "membrane_strain", "body_energy", "reactions"]
+[outputs]
+height = "last(position('ball', 0, 0).z)"
+[material.cloth]
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.4, 0.4], resolution = [7, 7] }
+[[body.pin]]
+corners = ["first_first", "last_last"]
+[[particles]]
+name = "ball"
+radius = 0.03
+positions = { type = "grid", count = [1, 1, 1], centre = [0, 0, 0.04] }
+)case";
+
+TEST_F(ParticlesTrajectory, HasBodiesBesideParticles) {
+  const std::string file_path = run(ball_on_sheet);
+  const hid_t file = H5Fopen(file_path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  EXPECT_EQ(read_raw(file, "/particles/ball/position").shape, (std::vector<hsize_t>{3, 1, 3}));
+  EXPECT_EQ(read_raw(file, "/particles/ball/velocity").shape, (std::vector<hsize_t>{3, 1, 3}));
+  const std::set<std::string> paths = dataset_paths(file);
+  EXPECT_TRUE(paths.contains("body/sheet/position"));
+  EXPECT_TRUE(paths.contains("body/sheet/contact_force"));
+  EXPECT_FALSE(paths.contains("particles/ball/contact_force"));
+  H5Fclose(file);
+  const std::string text = to_text(summarise_trajectory(file_path));
+  EXPECT_NE(text.find("particles ball: 1 of radius 0.03 m"), std::string::npos) << text;
+  EXPECT_NE(text.find("sheet"), std::string::npos) << text;
+  const TrajectoryReader reader(file_path);
+  EXPECT_EQ(reader.positions(1, 2).size(), 1U);
+}
+
 }  // namespace
 }  // namespace weft::sim::particles_trajectory_test

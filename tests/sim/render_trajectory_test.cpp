@@ -37,14 +37,16 @@ class RenderTrajectory : public testing::Test {
 
   // Writes a trajectory of a sheet that rises by its size over `frames` frames of 0.1 s, above a
   // floor.
-  std::string write_trajectory(int frames, double height = 1.0, double floor_size = 200) const {
+  std::string write_trajectory(int frames, double height = 1.0, double floor_size = 200,
+                               const std::string& case_text = "") const {
     const bsi::Surface sheet = bsi::make_rectangle(1, 1, 9, 9);
     const bsi::Surface floor = bsi::make_rectangle(floor_size, floor_size, 2, 2);
     std::vector<TrajectoryBody> bodies(2);
     bodies[0] = {"floor", floor.atlas, false, true, 0};
     bodies[1] = {"sheet", sheet.atlas, true, false, 1e-3};
     std::string path = folder_.path("run.h5");
-    TrajectoryWriter writer(path, bodies, {}, {}, {floor.positions, sheet.positions});
+    TrajectoryWriter writer(path, bodies, {}, {.case_text = case_text},
+                            {floor.positions, sheet.positions});
     for (int frame = 0; frame < frames; ++frame) {
       std::vector<Vec3> positions = sheet.positions;
       for (Vec3& position : positions) position.z() += 0.05 + height * frame / frames;
@@ -385,6 +387,14 @@ TEST_F(RenderTrajectory, SaysThatThereIsNoFfmpeg) {
   EXPECT_EQ(report.movie, "");
   EXPECT_EQ(report.why_no_movie, "ffmpeg not found: no movie");
   EXPECT_EQ(picture_count(), 2);
+}
+
+TEST_F(RenderTrajectory, SlowsTheMovieByTheTimeScale) {
+  const std::string path =
+      write_trajectory(3, 1.0, 200,
+                       "[time]\nscale = 0.25\n[[body]]\nname = \"sheet\"\n"
+                       "shape = { type = \"rectangle\", size = [1, 1], resolution = [9, 9] }\n");
+  EXPECT_NEAR(render_trajectory(path, pictures(), small_pictures()).frames_per_second, 2.5, 1e-9);
 }
 
 TEST_F(RenderTrajectory, HandsThePicturesToFfmpegInRealTime) {

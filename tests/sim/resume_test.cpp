@@ -107,6 +107,31 @@ name = "floor"
 shape = { type = "plane", size = [9, 9] }
 )";
 
+// Balls that fall into a sheet, which hangs by two edges.
+constexpr const char* balls_in_a_sheet = R"(
+[time]
+duration = 0.15
+frames_per_second = 100
+[contact]
+friction = 0.3
+[output]
+velocity = true
+checkpoint_every = 0.03
+[material.cloth]
+stiffness_damping = 1e-3
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [9, 9] }
+[[body.pin]]
+edges = ["first_row", "last_row"]
+[[particles]]
+name = "balls"
+radius = 0.02
+density = 200
+velocity = [0, 0, -1]
+positions = { type = "grid", count = [2, 2, 2], centre = [0, 0, 0.08], jitter = 0.001 }
+)";
+
 const Overrides often{"output.checkpoint_every=0.02"};
 
 Overrides with(const Overrides& some, const Overrides& more) {
@@ -159,6 +184,8 @@ std::vector<Variant> variants() {
       {folding_strip, {}},
       {sleeping_sheets, {}},
       {rolling_balls, {}},
+      {balls_in_a_sheet, {}},
+      {balls_in_a_sheet, method("euler")},
   };
 }
 
