@@ -265,7 +265,9 @@ TEST(Methods, ARunThatCreepsOnEndsWithAReason) {
     std::optional<Failure> reason;
     while (!(reason = sim.integrator().step()) && sim.integrator().time() < 0.04) continue;
     ASSERT_TRUE(reason);
-    EXPECT_NE(reason->text.find("steps had to be cut"), std::string::npos) << reason->text;
+    const bool is_clear = reason->text.find("steps had to be cut") != std::string::npos ||
+                          reason->text.find("are pressed together") != std::string::npos;
+    EXPECT_TRUE(is_clear) << reason->text;
     EXPECT_NE(reason->text.find("\"ball\""), std::string::npos) << reason->text;
     EXPECT_LT(sim.integrator().counts().steps, 2000);
   }
