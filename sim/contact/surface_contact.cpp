@@ -293,10 +293,11 @@ std::optional<ContactFault> SurfaceContact::evaluate_on_device(const PlacedPoint
     return ContactFault{ContactFault::Kind::touching, touching->nodes,
                         std::sqrt(closest.squared_distance) - touching->thickness};
   }
-  for (ContactPair& pair : pairs_) {
-    if (!definite_) break;
-    make_definite(pair);
-    if (pair.sliding >= 0) make_definite(pair, sliding_[pair.sliding]);
+  if (definite_) {
+    for (ContactPair& pair : pairs_) {
+      make_definite(pair);
+      if (pair.sliding >= 0) make_definite(pair, sliding_[pair.sliding]);
+    }
   }
   statistics_.counters.friction_terms += static_cast<std::int64_t>(sliding_.size());
   return std::nullopt;

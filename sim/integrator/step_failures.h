@@ -23,8 +23,8 @@ enum class StepTrouble {
 // Returns the trouble that a fault of a state or a path is.
 StepTrouble trouble_of(const ContactFault& fault);
 
-// Returns the pair with the smallest gap in the state `y` at `time` (s) as a fault, or nothing if that
-// gap is more than a hundredth of contact.range. Evaluates the forces.
+// Returns the pair with the smallest gap in the state `y` at `time` (s) as a fault, or nothing if
+// that gap is more than a hundredth of contact.range. Evaluates the forces.
 std::optional<ContactFault> pressed_surfaces(Dynamics& dynamics, double time,
                                              std::span<const double> y);
 // Returns the trouble of a step that fails by `trouble` between such surfaces, if there are any:

@@ -81,7 +81,7 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
     set_time(0);
     accept_history(0, initial_state());
   }
-  if (contact_ && scene.source.contact.sticking_distance && scene.source.contact.has_friction()) {
+  if (contact_ && scene.source.contact.sticking_distance) {
     anchors_ = std::make_shared<AnchorHistory>();
     contact_->use_anchors(*anchors_);
   }

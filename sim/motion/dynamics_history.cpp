@@ -1,4 +1,4 @@
-// What advances with accepted steps alone: creases and anchors.
+// Creases and anchors advance with accepted steps alone.
 #include "sim/motion/dynamics.h"
 
 namespace weft::sim {

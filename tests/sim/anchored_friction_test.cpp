@@ -119,6 +119,23 @@ TEST(AnchoredFriction, AnchorsMoveWithTheirSurface) {
     EXPECT_LT((late[i] - early[i]).norm(), 0.05 * distance) << i;
 }
 
+// Particles have a friction of their own, and stick by the same anchors.
+TEST(AnchoredFriction, ParticlesRestOnASlope) {
+  Case source = parse_case(
+      "[time]\nduration = 2\n[world]\ngravity = [" + text_of(g * std::sin(slope_angle)) + ", 0, " +
+          text_of(-g * std::cos(slope_angle)) +
+          "]\n[contact]\nsticking_distance = " + text_of(distance) +
+          "\n[[particles]]\nname = \"ball\"\nradius = 0.02\nfriction = 0.6\nrestitution = 0\n"
+          "positions = { type = \"grid\", count = [1, 1, 1], centre = [0, 0, 0.0225] }\n"
+          "[[obstacle]]\nname = \"floor\"\nshape = { type = \"plane\", size = [3, 3] }\n",
+      "test.toml");
+  Simulation simulation = make_simulation(source);
+  ASSERT_FALSE(simulation.advance(1));
+  const double early = simulation.position("ball")[0].x();
+  ASSERT_FALSE(simulation.advance(1));
+  EXPECT_LT(std::abs(simulation.position("ball")[0].x() - early), 0.01 * distance);
+}
+
 // Contact of a sheet and a floor, with all samples in reach and anchors off their feet by up to the
 // distance.
 struct AnchoredContact {
@@ -315,7 +332,7 @@ TEST(Anchors, StayUntilTheyAreDraggedAlong) {
   EXPECT_EQ(fresh.corners, foot().corners);
   EXPECT_EQ(fresh.weights, foot().weights);
   const Anchor old{key, {7, 8, 9}, {1, 0, 0}};
-  // What the offset has along the normal does not count.
+  // The part of the offset along the normal does not count.
   const Anchor kept = advanced_anchor(key, &old, Vec3(0.06, 0.07, 5), foot(), 0.1);
   EXPECT_EQ(kept.corners, old.corners);
   EXPECT_EQ(kept.weights, old.weights);
