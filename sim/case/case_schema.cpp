@@ -201,7 +201,7 @@ Table describe(ComputeCase& target) {
   auto& [threads, backend, cpu_limit, memory_limit] = target;
   return {{
       field("threads", &threads, "", {1, 1024},
-            "Threads of a run; the result does not depend on it. auto: one per 4096 vertices of "
+            "Threads of a run; the result does not depend on it. auto: one per 1024 vertices of "
             "simulated bodies, at least one and at most one per processor."),
       field(
           "backend",

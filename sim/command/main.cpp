@@ -21,6 +21,7 @@
 #include "sim/command/progress_bar.h"
 #include "sim/command/run_command.h"
 #include "sim/command/sweep_arguments.h"
+#include "sim/command/thread_waiting.h"
 #include "sim/probes/outputs.h"
 #include "sim/sweep/sweep_reader.h"
 #include "sim/trajectory/trajectory.h"
@@ -480,6 +481,7 @@ int refuse_arguments(const CLI::App& app, const CLI::ParseError& error,
 }  // namespace
 
 int main(int argc, char** argv) {
+  shorten_waiting(argv);
   CLI::App app{description};
   app.set_version_flag("--version", "weft " WEFT_VERSION);
   app.require_subcommand(1);

@@ -4,6 +4,8 @@
 #include <limits>
 #include <numbers>
 
+#include "sim/base/parallel.h"
+
 namespace weft::sim {
 
 namespace {
@@ -283,15 +285,20 @@ void BodyMotion::find_features(int b, const Snapshot& snapshot, Features& found)
     return;
   }
   triangle.resize(mesh.triangles.size());
-  for (std::size_t t = 0; t < triangle.size(); ++t) {
-    const auto& [i, j, k] = mesh.triangles[t];
-    triangle[t] = std::max({point[i], point[j], point[k]});
-  }
   edge.resize(mesh.edges.size());
-  for (std::size_t e = 0; e < edge.size(); ++e) {
-    const auto& [i, j] = mesh.edges[e].vertex;
-    edge[e] = std::max(point[i], point[j]);
-  }
+  const int triangles = static_cast<int>(triangle.size()), edges = static_cast<int>(edge.size());
+  parallel_chunks(triangles, scene_.threads, [&](int first, int last) {
+    for (int t = first; t < last; ++t) {
+      const auto& [i, j, k] = mesh.triangles[t];
+      triangle[t] = std::max({point[i], point[j], point[k]});
+    }
+  });
+  parallel_chunks(edges, scene_.threads, [&](int first, int last) {
+    for (int e = first; e < last; ++e) {
+      const auto& [i, j] = mesh.edges[e].vertex;
+      edge[e] = std::max(point[i], point[j]);
+    }
+  });
 }
 
 FeatureMotion BodyMotion::features(int b, Feature kind, bool own) const {

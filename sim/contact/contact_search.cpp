@@ -492,12 +492,14 @@ void ContactSearch::select(std::size_t l) {
                               motion(other, edges ? Feature::edge : Feature::triangle)};
     const std::span<const FeaturePair> pairs = all;
     const int count = static_cast<int>(pairs.size());
-    std::vector<std::vector<FeaturePair>> parts((count + chunk_size - 1) / chunk_size);
-    parallel_chunks(count, scene_.threads, [&](int first, int last) {
+    using Pairs = std::vector<FeaturePair>;
+    const auto select_part = [&](int first, int last, Pairs& part) {
+      part.clear();
       const std::size_t begin = next_feature(pairs, first), end = next_feature(pairs, last);
-      select_pairs(pairs.subspan(begin, end - begin), selection, parts[first / chunk_size]);
-    });
-    for (const auto& part : parts) selected.insert(selected.end(), part.begin(), part.end());
+      select_pairs(pairs.subspan(begin, end - begin), selection, part);
+    };
+    for (const Pairs& part : parallel_parts(selected_, count, scene_.threads, select_part))
+      selected.insert(selected.end(), part.begin(), part.end());
   });
 }
 

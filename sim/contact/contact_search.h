@@ -234,9 +234,10 @@ class ContactSearch {
   std::vector<char> placed_;  // by body: nonzero if this update gives it a new box
   std::vector<CandidateList> lists_;
   std::int64_t changes_ = 0;
-  std::vector<ListState> states_;  // by list
-  std::vector<Renewal> renewals_;  // by body
-  std::vector<int> near_bodies_;   // indices of the bodies of near lists
+  std::vector<ListState> states_;                   // by list
+  std::vector<std::vector<FeaturePair>> selected_;  // by chunk of the last selection
+  std::vector<Renewal> renewals_;                   // by body
+  std::vector<int> near_bodies_;                    // indices of the bodies of near lists
   // By body: nonzero if the pyramid of its record among placed or own positions is up to date.
   std::vector<char> placed_pyramid_, own_pyramid_;
   ChosenSearch search_;

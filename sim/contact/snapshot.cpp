@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/base/parallel.h"
+
 namespace weft::sim {
 
 namespace {
@@ -35,21 +37,31 @@ void Snapshot::measure(int body, const BodyPaths& now) {
   }
   const std::span<const Vec3> from = start(body), to = end(body), chosen = of_body(chosen_, body);
   float* displacement = displacement_.data() + scene_.bodies[body].first_point;
-  double largest = 0, since_choice = 0;
-  for (std::size_t i = 0; i < to.size(); ++i) {
-    const Vec3 at_end = now.end[i] - now.end_origin;
-    double square = (at_end - to[i]).squaredNorm();
-    since_choice = std::max(since_choice, (at_end - chosen[i]).squaredNorm());
-    if (now.is_path()) {
-      const Vec3 at_start = now.start[i] - now.start_origin;
-      square = std::max(square, (at_start - from[i]).squaredNorm());
-      since_choice = std::max(since_choice, (at_start - chosen[i]).squaredNorm());
+  struct Largest {
+    double square = 0, since_choice = 0;
+  };
+  const auto measure_part = [&](int first, int last, Largest& part) {
+    for (int i = first; i < last; ++i) {
+      const Vec3 at_end = now.end[i] - now.end_origin;
+      double square = (at_end - to[i]).squaredNorm();
+      part.since_choice = std::max(part.since_choice, (at_end - chosen[i]).squaredNorm());
+      if (now.is_path()) {
+        const Vec3 at_start = now.start[i] - now.start_origin;
+        square = std::max(square, (at_start - from[i]).squaredNorm());
+        part.since_choice = std::max(part.since_choice, (at_start - chosen[i]).squaredNorm());
+      }
+      displacement[i] = root_above(square);
+      part.square = std::max(part.square, square);
     }
-    displacement[i] = root_above(square);
-    largest = std::max(largest, square);
+  };
+  Largest largest;
+  const int count = static_cast<int>(to.size());
+  for (const Largest& part : parallel_parts<Largest>(count, scene_.threads, measure_part)) {
+    largest.square = std::max(largest.square, part.square);
+    largest.since_choice = std::max(largest.since_choice, part.since_choice);
   }
-  state.displacement = root_above(largest);
-  if (state.chosen) state.since_choice = root_above(since_choice);
+  state.displacement = root_above(largest.square);
+  if (state.chosen) state.since_choice = root_above(largest.since_choice);
 }
 
 void Snapshot::choose(int body, const BodyPaths& now) {

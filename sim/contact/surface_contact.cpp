@@ -134,7 +134,7 @@ ContactLaw SurfaceContact::law_of(const PairGroup& group, const std::array<int, 
 // Returns the candidates that may be closer than thickness + reach. The reach is `sample_reach` for
 // samples and for all pairs with a sleeping body, and `reach` for other pairs.
 std::vector<SurfaceContact::PairGroup> SurfaceContact::groups_within(double sample_reach,
-                                                                     double reach) const {
+                                                                     double reach) {
   std::vector<PairGroup> groups;
   for (const CandidateList& list : search_.lists()) {
     const std::vector<FeaturePair>* kinds[3] = {&list.vertex_triangle, &list.triangle_vertex,
@@ -159,16 +159,17 @@ std::vector<SurfaceContact::PairGroup> SurfaceContact::groups_within(double samp
       const SurfaceFeatures a(scene_.bodies[list.body_a]), b(scene_.bodies[list.body_b]);
       const SurfaceFeatures &first = kind == 1 ? b : a, &second = kind == 1 ? a : b;
       const std::span<const FeaturePair> pairs = *kinds[kind];
-      std::vector<Nodes> parts((pairs.size() + chunk_size - 1) / chunk_size);
-      parallel_chunks(static_cast<int>(pairs.size()), scene_.threads, [&](int begin, int end) {
-        Nodes& part = parts[begin / chunk_size];
+      const int count = static_cast<int>(pairs.size());
+      const auto select = [&](int begin, int end, Nodes& part) {
+        part.clear();
         for (int i = begin; i < end; ++i) {
           if (pairs[i].distance > limit) continue;
           part.nodes.push_back(points_of(group.edges, first, second, pairs[i]));
           if (group.samples) part.triangles.push_back(pairs[i].b);
         }
-      });
-      for (const Nodes& part : parts) group.append(part);
+      };
+      for (const Nodes& part : parallel_parts(selected_, count, scene_.threads, select))
+        group.append(part);
     }
   }
   return groups;
@@ -247,13 +248,12 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
     statistics_.counters.narrow_phase_calls += count;
     // Each chunk collects its own results. They are joined in the order of the chunks, so that sums
     // do not depend on the number of threads.
-    std::vector<Found> found((count + chunk_size - 1) / chunk_size);
-    parallel_chunks(count, threads, [&](int first, int last) {
+    const auto measure = [&](int first, int last, Found& part) {
+      part.clear();
       measure_part(group, group_start(group.nodes, group.samples, first),
-                   group_start(group.nodes, group.samples, last), position, velocity,
-                   found[first / chunk_size]);
-    });
-    for (Found& part : found) {
+                   group_start(group.nodes, group.samples, last), position, velocity, part);
+    };
+    for (Found& part : parallel_parts(found_, count, threads, measure)) {
       if (part.fault) {
         clear();
         return part.fault;
@@ -360,11 +360,10 @@ void SurfaceContact::join(Found& part) {
 void SurfaceContact::measure_part(const PairGroup& group, std::size_t first, std::size_t last,
                                   std::span<const Vec3> position, std::span<const Vec3> velocity,
                                   Found& found) const {
-  std::vector<bsi::PairInReach> in_reach;
+  std::vector<bsi::PairInReach>& in_reach = found.in_reach;
   bsi::find_in_reach(group.kind(), position, {},
                      std::span(group.nodes).subspan(first, last - first),
                      group.thickness + range_of(group), in_reach);
-  SampleScratch scratch;
   std::size_t begin = 0;
   while (begin < in_reach.size() && !found.fault) {
     std::size_t end = begin + 1;
@@ -374,7 +373,7 @@ void SurfaceContact::measure_part(const PairGroup& group, std::size_t first, std
       const auto vertex = [&](std::size_t i) { return group.nodes[first + in_reach[i].pair][0]; };
       while (end < in_reach.size() && vertex(end) == vertex(begin)) ++end;
       measure_sample(group, first, std::span(in_reach).subspan(begin, end - begin), position,
-                     velocity, scratch, found);
+                     velocity, found);
     }
     begin = end;
   }
@@ -384,7 +383,8 @@ void SurfaceContact::measure_part(const PairGroup& group, std::size_t first, std
 void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
                                     std::span<const bsi::PairInReach> in_reach,
                                     std::span<const Vec3> position, std::span<const Vec3> velocity,
-                                    SampleScratch& scratch, Found& found) const {
+                                    Found& found) const {
+  SampleScratch& scratch = found.scratch;
   const SceneBody& body = scene_.bodies[group.surface];
   const int vertex = group.nodes[first + in_reach[0].pair][0];
   scratch.triangles.clear();

@@ -182,6 +182,10 @@ class SurfaceContact {
       nodes.insert(nodes.end(), more.nodes.begin(), more.nodes.end());
       triangles.insert(triangles.end(), more.triangles.begin(), more.triangles.end());
     }
+    void clear() {
+      nodes.clear();
+      triangles.clear();
+    }
   };
   // Candidates from one CandidateList: its vertex-triangle, triangle-vertex or edge-edge pairs.
   struct PairGroup : Nodes {
@@ -201,9 +205,23 @@ class SurfaceContact {
     }
     Pair pair(std::size_t i) const { return {nodes[i], edges, thickness}; }
   };
+  // Lists for measuring one sample. The next sample reuses their memory.
+  struct SampleScratch {
+    std::vector<int> triangles;
+    std::vector<bsi::SurfaceTerm> terms;
+  };
   // Results of measuring one chunk of the candidates.
   struct Found : DeviceContact::Found {
     std::optional<ContactFault> fault;
+    std::vector<bsi::PairInReach> in_reach;
+    SampleScratch scratch;
+    void clear() {
+      pairs.clear();
+      sliding.clear();
+      mollified.clear();
+      fault.reset();
+      in_reach.clear();
+    }
   };
 
   double range_of(const PairGroup& group) const;
@@ -222,20 +240,15 @@ class SurfaceContact {
   AnchorKey anchor_key(int point, int body, int surface) const;
   Vec3 from_anchor(const Anchor& anchor, std::span<const Vec3> position) const;
   void place_anchors(const PlacedPoints& now);
-  std::vector<PairGroup> groups_within(double sample_reach, double reach) const;
+  std::vector<PairGroup> groups_within(double sample_reach, double reach);
   void append_neighbours(std::vector<PairGroup>& groups) const;
   void note_touch(const PairGroup& group, std::span<const Vec3> position);
   void measure_part(const PairGroup& group, std::size_t first, std::size_t last,
                     std::span<const Vec3> position, std::span<const Vec3> velocity,
                     Found& found) const;
-  // Lists for measuring one sample. The next sample reuses their memory.
-  struct SampleScratch {
-    std::vector<int> triangles;
-    std::vector<bsi::SurfaceTerm> terms;
-  };
   void measure_sample(const PairGroup& group, std::size_t first,
                       std::span<const bsi::PairInReach> in_reach, std::span<const Vec3> position,
-                      std::span<const Vec3> velocity, SampleScratch& scratch, Found& found) const;
+                      std::span<const Vec3> velocity, Found& found) const;
   void measure_pair(const PairGroup& group, std::size_t number, std::span<const Vec3> position,
                     std::span<const Vec3> velocity, Found& found) const;
   // The law of a term of the contact of two features, with factors of its barrier and of all its
@@ -294,6 +307,9 @@ class SurfaceContact {
   std::size_t added_pairs_ = 0;  // number of pairs of add_pair(), at the end of pairs_
   std::vector<Sliding> sliding_;
   std::vector<MollifierForce> mollified_;
+  // By chunk of the last loop: the pairs selected, and what was found.
+  std::vector<Nodes> selected_;
+  std::vector<Found> found_;
   std::unique_ptr<DeviceContact> device_;  // null if the CPU evaluates
   std::int64_t on_device_ = -1;            // ContactSearch::changes() of the device's candidates
 };

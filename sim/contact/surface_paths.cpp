@@ -67,15 +67,18 @@ std::optional<ContactFault> SurfaceContact::find_path_fault(const PlacedPoints& 
     const int count = static_cast<int>(group.nodes.size());
     statistics_.counters.narrow_phase_calls += count;
     statistics_.counters.ccd_calls += count;
-    std::vector<std::optional<ContactFault>> faults((count + chunk_size - 1) / chunk_size);
-    std::vector<std::vector<OpenPair>> open(faults.size());
-    parallel_chunks(count, scene_.threads, [&](int first, int last) {
-      faults[first / chunk_size] = check_part(group, first, last, start.position(), end.position(),
-                                              demand, open[first / chunk_size]);
-    });
-    for (const auto& fault : faults)
-      if (fault) return fault;
-    for (const auto& part : open) open_.insert(open_.end(), part.begin(), part.end());
+    struct Checked {
+      std::optional<ContactFault> fault;
+      std::vector<OpenPair> open;
+    };
+    const auto check = [&](int first, int last, Checked& part) {
+      part.fault =
+          check_part(group, first, last, start.position(), end.position(), demand, part.open);
+    };
+    const auto parts = parallel_parts<Checked>(count, scene_.threads, check);
+    for (const Checked& part : parts)
+      if (part.fault) return part.fault;
+    for (const Checked& part : parts) open_.insert(open_.end(), part.open.begin(), part.open.end());
   }
   return std::nullopt;
 }

@@ -4,6 +4,15 @@ namespace weft::sim {
 
 namespace {
 
+// Returns the number of stencils in a chunk, a multiple of every possible lane_count. Chunks of a
+// small image are short, so that several threads have some of each colour. But shorter ones would
+// share particles with more of their neighbours, which takes more colours.
+int chunk_length(int stencils) {
+  constexpr int shortest = 128, longest = 512, chunks_of_small_images = 16, multiple = 16;
+  const int equal = stencils / chunks_of_small_images / multiple * multiple;
+  return std::clamp(equal, shortest, longest);
+}
+
 // Gives each chunk a colour that differs from the colours of all earlier chunks with which it
 // shares a particle. It chooses the lowest such colour.
 class ChunkColouring {
@@ -71,8 +80,9 @@ class ChunkColouring {
 }  // namespace
 
 StencilChunks::StencilChunks(std::span<const int> particles, int nodes, int particle_count)
-    : stencil_count_(static_cast<int>(particles.size()) / nodes) {
-  ChunkColouring colouring(particles, nodes * stencils_per_chunk, particle_count);
+    : stencil_count_(static_cast<int>(particles.size()) / nodes),
+      stencils_per_chunk_(chunk_length(stencil_count_)) {
+  ChunkColouring colouring(particles, nodes * stencils_per_chunk_, particle_count);
   order_ = colouring.order();
   colours_ = colouring.take_colours();
 }

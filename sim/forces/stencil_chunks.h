@@ -27,17 +27,15 @@ class StencilChunks {
       const int chunk_count = static_cast<int>(chunks.size());
 #pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && chunk_count > 1)
       for (int c = 0; c < chunk_count; ++c) {
-        const int first = chunks[c] * stencils_per_chunk;
-        const int last = std::min(stencil_count_, first + stencils_per_chunk);
+        const int first = chunks[c] * stencils_per_chunk_;
+        const int last = std::min(stencil_count_, first + stencils_per_chunk_);
         body(first, last);
       }
     }
   }
 
  private:
-  static constexpr int stencils_per_chunk = 512;  // a multiple of every possible lane_count
-
-  int stencil_count_ = 0;
+  int stencil_count_ = 0, stencils_per_chunk_ = 0;
   std::vector<std::vector<int>> colours_;  // chunks by colour
   // The order in which one thread processes all chunks. Chunks that share a particle are in the
   // order of their colours, and neighbouring chunks stay close to each other. If the order were

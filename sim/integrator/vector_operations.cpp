@@ -19,16 +19,23 @@ thread_local int vector_threads = 1;
 double* data(N_Vector v) { return NV_DATA_S(v); }
 int length(N_Vector v) { return static_cast<int>(NV_LENGTH_S(v)); }
 
+// Number of threads for an operation on vectors of this length. A processor passes over a shorter
+// one in less time than threads need to wait for each other.
+int threads_for(int count) {
+  constexpr int worth_sharing = 16384;
+  return count < worth_sharing ? 1 : vector_threads;
+}
+
 template <class Operation>
 void for_each(int count, const Operation& operation) {
-  parallel_chunks(count, vector_threads, [&](int first, int last) {
+  parallel_chunks(count, threads_for(count), [&](int first, int last) {
     for (int i = first; i < last; ++i) operation(i);
   });
 }
 
 template <class Term>
 double sum_of(int count, const Term& term) {
-  return parallel_sum(count, vector_threads, [&](int first, int last) {
+  return parallel_sum(count, threads_for(count), [&](int first, int last) {
     double sum = 0;
 #pragma omp simd reduction(+ : sum)
     for (int i = first; i < last; ++i) sum += term(i);
@@ -42,7 +49,10 @@ void linear_sum(realtype a, N_Vector x, realtype b, N_Vector y, N_Vector z) {
   for_each(length(z), [=](int i) { zs[i] = a * xs[i] + b * ys[i]; });
 }
 
-void set_constant(realtype c, N_Vector z) { std::fill_n(data(z), length(z), c); }
+void set_constant(realtype c, N_Vector z) {
+  double* zs = data(z);
+  for_each(length(z), [=](int i) { zs[i] = c; });
+}
 
 void multiply(N_Vector x, N_Vector y, N_Vector z) {
   const double *xs = data(x), *ys = data(y);
@@ -106,7 +116,7 @@ realtype weighted_norm(N_Vector x, N_Vector w) {
 int linear_combination(int count, realtype* c, N_Vector* vectors, N_Vector z) {
   double* zs = data(z);
   const int size = length(z);
-  parallel_chunks(size, vector_threads, [&](int first, int last) {
+  parallel_chunks(size, threads_for(size), [&](int first, int last) {
     const double* x0 = data(vectors[0]);
     for (int i = first; i < last; ++i) zs[i] = c[0] * x0[i];
     for (int k = 1; k < count; ++k) {

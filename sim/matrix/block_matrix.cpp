@@ -55,6 +55,14 @@ int BlockPattern::slot(int row, int column) const {
 }
 
 template <class Number>
+void SymmetricBlockMatrix<Number>::set_zero(int threads) {
+  if (is_empty()) return;
+  parallel_chunks(pattern_->rows(), threads, [&](int first, int last) {
+    std::fill(at(pattern_->upper_diagonal(first)), at(pattern_->upper_end(last - 1)), Number(0));
+  });
+}
+
+template <class Number>
 void SymmetricBlockMatrix<Number>::multiply(std::span<const Vec3> in, std::span<Vec3> out,
                                             int threads) const {
   assert(static_cast<int>(in.size()) == pattern_->rows() && in.size() == out.size());

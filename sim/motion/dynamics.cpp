@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "sim/base/parallel.h"
 #include "sim/case/time_methods.h"
 #include "sim/motion/particle_masses.h"
 
@@ -173,8 +174,8 @@ void Dynamics::expand(double time, std::span<const double> y, std::vector<Vec3>&
   assert(static_cast<int>(position.size()) == scene_.particle_count &&
          position.size() == velocity.size());
   const StateView state = StateView::of(y);
-  std::copy(state.position.begin(), state.position.end(), position.begin());
-  std::copy(state.velocity.begin(), state.velocity.end(), velocity.begin());
+  parallel_copy(state.position, position, threads_);
+  parallel_copy(state.velocity, velocity, threads_);
   std::vector<Vec3> moved, rate;
   for (const PrescribedMotion& held : scene_.prescribed) {
     if (is_moving_obstacle(held)) continue;
@@ -390,7 +391,7 @@ bool Dynamics::has_loads() const {
 
 void Dynamics::add_forces(const Kinematics& state, std::span<Vec3> force) {
   PhaseTimer timer(statistics_.phases.forces);
-  std::fill(force.begin(), force.end(), Vec3::Zero());
+  parallel_set_zero(force, threads_);
   for (const bool membrane : {true, false}) {
     for (const auto& each : forces_) {
       if (each->is_membrane() == membrane) each->add_forces(state, force, threads_);
@@ -447,9 +448,9 @@ void Dynamics::assemble(double time, std::span<const double> y, Definiteness def
   note_place(time, y, definiteness, 0);
   damping_product_ = {};
   if (has_damping_ && damping_.is_empty()) damping_ = BlockMatrix(stiffness_.shared_pattern());
-  damping_.set_zero();
+  damping_.set_zero(threads_);
   assemble(time, y, definiteness, {.stiffness = stiffness_, .damping = &damping_});
-  if (load_) damping_.set_zero();
+  if (load_) damping_.set_zero(threads_);
 }
 
 void Dynamics::assemble_joined(double time, std::span<const double> y, Definiteness definiteness,
@@ -470,7 +471,7 @@ void Dynamics::assemble(double time, std::span<const double> y, Definiteness def
   ++statistics_.counters.matrix_assemblies;
   PhaseTimer timer(statistics_.phases.linear_solve);
   const Kinematics state = kinematics(time, y);
-  stiffness_.set_zero();
+  stiffness_.set_zero(threads_);
   for (const bool membrane : {true, false}) {
     for (const auto& force : forces_) {
       if (force->is_membrane() != membrane) continue;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/base/parallel.h"
 #include "sim/motion/dynamics.h"
 
 namespace weft::sim {
@@ -39,12 +40,19 @@ bool error_weights(const Scene& scene, std::span<const double> y, std::span<doub
   const double tolerance = velocity_tolerance(options);
   const StateView view = StateView::of(y);
   const std::size_t half = y.size() / 2;
-  std::fill_n(weights.begin(), half, 1 / options.position_tolerance);
-  for (std::size_t i = 0; i < view.velocity.size(); ++i) {
-    const double value = 1 / (tolerance + options.relative_tolerance * view.velocity[i].norm());
-    if (!std::isfinite(value)) return false;
-    std::fill_n(weights.begin() + static_cast<std::ptrdiff_t>(half + 3 * i), 3, value);
-  }
+  const auto weigh = [&](int first, int last, char& is_finite) {
+    std::fill(weights.begin() + 3 * first, weights.begin() + 3 * last,
+              1 / options.position_tolerance);
+    is_finite = 1;
+    for (int i = first; i < last; ++i) {
+      const double value = 1 / (tolerance + options.relative_tolerance * view.velocity[i].norm());
+      if (!std::isfinite(value)) is_finite = 0;
+      std::fill_n(weights.begin() + static_cast<std::ptrdiff_t>(half + 3 * i), 3, value);
+    }
+  };
+  const int count = static_cast<int>(view.velocity.size());
+  const auto are_finite = parallel_parts<char>(count, scene.threads, weigh);
+  if (std::ranges::find(are_finite, 0) != are_finite.end()) return false;
   if (!scene.source.particles.empty()) raise_weights_of_spheres(scene, weights);
   return true;
 }

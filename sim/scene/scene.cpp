@@ -241,7 +241,7 @@ void add_loads(Scene& scene) {
 // Returns the default number of threads. With fewer particles per thread, threads would lose more
 // time waiting for each other than they save (docs/decisions/0025).
 int threads_that_pay(int particles) {
-  constexpr int particles_per_thread = 4096;
+  constexpr int particles_per_thread = 1024;
   return std::clamp(particles / particles_per_thread, 1, omp_get_num_procs());
 }
 

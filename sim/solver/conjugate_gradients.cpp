@@ -53,16 +53,17 @@ ConjugateGradients::Outcome ConjugateGradients::solve(std::span<const Vec3> righ
                                                       const Goal& goal, std::span<Vec3> dv) {
   const Solve solve{right_side, weight, goal, dv};
   Outcome outcome;
+  const int threads = matrix_.threads();
   if (goal.from_guess) {
     form_residual(solve);
   } else {
-    std::fill(dv.begin(), dv.end(), Vec3::Zero());
-    std::copy(right_side.begin(), right_side.end(), residual_.begin());
+    parallel_set_zero(dv, threads);
+    parallel_copy(right_side, residual_, threads);
   }
   // Clears the results of an earlier solve. They may not be finite, and advance() reads them even
   // for alpha = 0.
-  for (const std::span<Vec3> start : {std::span(direction_), std::span(product_)})
-    std::fill(start.begin(), start.end(), Vec3::Zero());
+  parallel_set_zero(direction_, threads);
+  parallel_set_zero(product_, threads);
   outcome.residual = start_residual_ = advance(0, solve);
   preconditioner_.start_solve(start_residual_);
   iterate(solve, outcome);
@@ -164,20 +165,18 @@ double ConjugateGradients::advance(double alpha, const Solve& solve) {
   const std::span<const Vec3> weight = solve.weight;
   Vec3* const dv = solve.dv.data();
   const int count = static_cast<int>(residual_.size());
-  std::vector<Part> parts((count + chunk_size - 1) / chunk_size);
-  parallel_chunks(count, matrix_.threads(), [&](int first, int last) {
-    Part part;
-    for (int i = first; i < last; ++i) {
-      dv[i] += alpha * direction_[i];
-      residual_[i] -= alpha * product_[i];
-      const double square =
-          residual_[i].cwiseProduct(weight[i]).squaredNorm() / (mass[i] * mass[i]);
-      part.largest = std::max(part.largest, square);
-      part.sum += square;
-      part.dv += mass[i] * dv[i].squaredNorm();
-    }
-    parts[first / chunk_size] = part;
-  });
+  const auto parts =
+      parallel_parts<Part>(count, matrix_.threads(), [&](int first, int last, Part& part) {
+        for (int i = first; i < last; ++i) {
+          dv[i] += alpha * direction_[i];
+          residual_[i] -= alpha * product_[i];
+          const double square =
+              residual_[i].cwiseProduct(weight[i]).squaredNorm() / (mass[i] * mass[i]);
+          part.largest = std::max(part.largest, square);
+          part.sum += square;
+          part.dv += mass[i] * dv[i].squaredNorm();
+        }
+      });
   Part all;
   for (const Part& part : parts) {
     all.sum += part.sum;

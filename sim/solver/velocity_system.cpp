@@ -60,7 +60,6 @@ std::span<const Vec3> VelocitySystem::with_free_velocities(std::span<const Vec3>
 // Forms M b_v - gamma K b_x, contact included. If the stored stiffness includes D
 // (Dynamics::assemble_joined()), subtracting damping_product() removes D again.
 void VelocitySystem::form_right_side(const StateView& right) {
-  const Scene& scene = dynamics_.scene();
   const MassOperator& mass = dynamics_.mass();
   const double gamma = matrix_.gamma();
   const std::span<const Vec3> velocity = with_free_velocities(right.velocity);
@@ -73,9 +72,7 @@ void VelocitySystem::form_right_side(const StateView& right) {
   for (std::size_t i = 0; i < damping.size(); ++i) right_side_[i] -= damping[i];
   if (dynamics_.contact() != nullptr)
     dynamics_.contact()->subtract_stiffness(gamma, right.position, right_side_);
-  for (std::size_t i = 0; i < right_side_.size(); ++i) {
-    if (scene.pinned[i] != 0) right_side_[i].setZero();
-  }
+  matrix_.clear_pinned(right_side_);
 }
 
 // Sets dx = b_x + gamma dv for free particles, and the entries of pinned particles.
@@ -86,16 +83,18 @@ void VelocitySystem::complete_correction(const StateView& right,
   const double gamma = matrix_.gamma();
   auto* const dx = reinterpret_cast<Vec3*>(correction.data());
   Vec3* const dv = dx + count;
-  for (int i = 0; i < count; ++i) {
-    if (pinned[i] != 0 && dynamics_.pins_move()) {
-      dx[i] = right.position[i];
-      dv[i] = right.velocity[i];
-    } else if (pinned[i] != 0) {
-      dx[i].setZero();
-    } else {
-      dx[i] = right.position[i] + gamma * dv[i];
+  parallel_chunks(count, dynamics_.threads(), [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      if (pinned[i] != 0 && dynamics_.pins_move()) {
+        dx[i] = right.position[i];
+        dv[i] = right.velocity[i];
+      } else if (pinned[i] != 0) {
+        dx[i].setZero();
+      } else {
+        dx[i] = right.position[i] + gamma * dv[i];
+      }
     }
-  }
+  });
 }
 
 VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const double> b,

@@ -81,6 +81,32 @@ class CommandRun : public WeftCommand {
   }
 };
 
+// libgomp reads how long its threads wait from the environment that the program is started with.
+TEST_F(CommandRun, ThreadsThatWaitSoonGiveTheirProcessorAway) {
+  write("sheet.toml", sheet_case);
+  const auto environment = [&](const char* name, const char* value, const std::string& out) {
+    WeftProcess process(folder(),
+                        {"run", "sheet.toml", "--quiet", "-o", out, "--set", "time.duration=1e4",
+                         "--set", "time.frames_per_second=2000"},
+                        [&] {
+                          unsetenv("OMP_WAIT_POLICY");
+                          unsetenv("GOMP_SPINCOUNT");
+                          setenv("OMP_NUM_THREADS", "2", 1);
+                          setenv(name, value, 1);
+                        });
+    wait_for_file(out + "/sheet.h5");
+    return process.environment();
+  };
+  EXPECT_NE(environment("OMP_NUM_THREADS", "2", "short").find("GOMP_SPINCOUNT=1000"),
+            std::string::npos);
+  for (const auto& [name, value] : {std::pair("OMP_WAIT_POLICY", "active"),
+                                    {"GOMP_SPINCOUNT", "77"},
+                                    {"OMP_NUM_THREADS", "1"}}) {
+    EXPECT_EQ(environment(name, value, value).find("GOMP_SPINCOUNT=1000"), std::string::npos)
+        << name;
+  }
+}
+
 // A line longer than this terminal's 40 columns would wrap and leave remains on the screen.
 TEST_F(CommandRun, ShowsItsProgressOnOneLineOfTheTerminal) {
   write("sheet.toml", sheet_case);

@@ -190,10 +190,10 @@ std::unique_ptr<const Scene> sheet_on_threads(int size, const std::string& threa
 }
 
 TEST(Scene, TakesAsManyThreadsAsPay) {
-  EXPECT_EQ(sheet_on_threads(65, "")->threads, 1);  // 4225 vertices
-  EXPECT_EQ(sheet_on_threads(65, "threads = \"auto\"")->threads, 1);
+  EXPECT_EQ(sheet_on_threads(33, "")->threads, 1);  // 1089 vertices
+  EXPECT_EQ(sheet_on_threads(33, "threads = \"auto\"")->threads, 1);
   EXPECT_EQ(sheet_on_threads(5, "threads = 3")->threads, 3);
-  EXPECT_EQ(sheet_on_threads(129, "")->threads, std::min(4, omp_get_num_procs()));
+  EXPECT_EQ(sheet_on_threads(129, "")->threads, std::min(16, omp_get_num_procs()));
 }
 
 // A free sheet, and one whose vertices are all pinned.

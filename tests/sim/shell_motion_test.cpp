@@ -391,7 +391,8 @@ TEST(ShellMotion, ErrorsFallWithTheToleranceByEveryMethod) {
   for (const auto& [name, loose, order] :
        {Ladder{"cvode", 1e-5, 2}, Ladder{"arkode", 1e-4, 2}, Ladder{"euler", 1e-4, 1}}) {
     const double coarse = error_of(name, loose), fine = error_of(name, loose / 100);
-    EXPECT_GT(coarse / fine, 0.4 * std::pow(100, order / (order + 1))) << name << ' ' << coarse;
+    // Rounding changes the steps of cvode, and the finer error by up to a third.
+    EXPECT_GT(coarse / fine, 0.3 * std::pow(100, order / (order + 1))) << name << ' ' << coarse;
     EXPECT_GT(fine, 1e-7) << name;  // the reference is exact enough
   }
 }

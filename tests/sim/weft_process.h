@@ -67,6 +67,10 @@ class WeftProcess {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   }
 
+  // The environment that the running program was started with.
+  std::string environment() const {
+    return read_bytes("/proc/" + std::to_string(process_) + "/environ");
+  }
   std::string out() const { return read_bytes(out_); }
   std::string err() const { return read_bytes(err_); }
 
