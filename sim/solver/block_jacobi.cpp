@@ -13,19 +13,43 @@ bool invert_definite(const Mat3& block, Mat3& inverse) {
   return true;
 }
 
+void BlockJacobi::invert(const VelocityMatrix& matrix, const Mat3& block, int particle) {
+  Mat3& inverse = inverse_[particle];
+  if (matrix.scene().pinned[particle] != 0) {
+    inverse.setZero();
+  } else if (!invert_definite(block, inverse)) {
+    inverse = Mat3::Identity() / matrix.scene().mass[particle];
+  }
+}
+
 bool BlockJacobi::update(const VelocityMatrix& matrix) {
   const BlockPattern& pattern = *matrix.pattern();
-  inverse_.resize(pattern.rows());
-  for (int i = 0; i < pattern.rows(); ++i) inverse_[i] = matrix.block(i, pattern.diagonal_slot(i));
-  if (matrix.has_contact()) matrix.dynamics().contact()->add_diagonal(matrix.gamma(), inverse_);
-  for (int i = 0; i < pattern.rows(); ++i) {
-    const Mat3 block = inverse_[i];
-    if (matrix.scene().pinned[i] != 0) {
-      inverse_[i].setZero();
-    } else if (!invert_definite(block, inverse_[i])) {
-      inverse_[i] = Mat3::Identity() / matrix.scene().mass[i];
-    }
+  const int count = pattern.rows();
+  if (matrix.version() != version_) {
+    version_ = matrix.version();
+    without_contact_.resize(count);
+    inverse_.resize(count);
+    has_contact_.assign(count, 0);
+    parallel_chunks(count, matrix.threads(), [&](int first, int last) {
+      for (int i = first; i < last; ++i) {
+        without_contact_[i] = matrix.block(i, pattern.diagonal_slot(i));
+        invert(matrix, without_contact_[i], i);
+      }
+    });
   }
+  const bool has_contact = matrix.has_contact();
+  if (has_contact) {
+    with_contact_ = without_contact_;
+    matrix.dynamics().contact()->add_diagonal(matrix.gamma(), with_contact_);
+  }
+  const std::vector<Mat3>& blocks = has_contact ? with_contact_ : without_contact_;
+  parallel_chunks(count, matrix.threads(), [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      const bool touches = has_contact && blocks[i] != without_contact_[i];
+      if (touches || has_contact_[i] != 0) invert(matrix, blocks[i], i);
+      has_contact_[i] = touches ? 1 : 0;
+    }
+  });
   return true;
 }
 

@@ -1,10 +1,30 @@
 #include "sim/solver/velocity_matrix.h"
 
+#include <algorithm>
+
 #include "sim/base/parallel.h"
+#include "sim/case/time_methods.h"
 
 namespace weft::sim {
 
-VelocityMatrix::VelocityMatrix(const Dynamics& dynamics) : dynamics_(dynamics) {
+namespace {
+
+// Largest ratio of a particle's stiffness and damping in A to its mass at which A is kept in single
+// precision. Rounding then changes A by at most 4e-3 of the mass, and hardly more than 1e-4 in
+// practice, which is little beside the tolerance of a linear solve.
+constexpr double most_over_mass = 1e4;
+
+// True if each Newton iteration goes on until its residual, which does not depend on A, is small.
+bool corrects_errors_of_matrix(const TimeCase& time) {
+  return time.newton == 0 && !traits_of(time.method).finds_equilibria();
+}
+
+}  // namespace
+
+VelocityMatrix::VelocityMatrix(const Dynamics& dynamics)
+    : dynamics_(dynamics),
+      may_be_single_(dynamics.mass().is_diagonal() &&
+                     corrects_errors_of_matrix(dynamics.scene().source.time)) {
   for (int i = 0; i < dynamics.particle_count(); ++i) {
     if (dynamics.scene().pinned[i] != 0) pinned_.push_back(i);
   }
@@ -14,22 +34,51 @@ void VelocityMatrix::form(double gamma) {
   gamma_ = gamma;
   ++version_;
   if (!dynamics_.has_damping()) return;
-  if (damped_.is_empty()) damped_ = BlockMatrix(pattern());
+  is_single_ = may_be_single_ && is_far_above_rounding(gamma);
+  if (is_single_) {
+    form_in(damped_single_, gamma);
+  } else {
+    form_in(damped_, gamma);
+  }
+}
+
+template <class Matrix>
+void VelocityMatrix::form_in(Matrix& matrix, double gamma) {
+  if (matrix.is_empty()) matrix = Matrix(pattern());
   parallel_chunks(pattern()->rows(), threads(), [&](int first, int last) {
-    damped_.set_rows(first, last, gamma * gamma, dynamics_.stiffness(), gamma, dynamics_.damping());
-    for (int row = first; row < last; ++row) add_mass(row, damped_);
+    matrix.set_rows(first, last, gamma * gamma, dynamics_.stiffness(), gamma, dynamics_.damping());
+    for (int row = first; row < last; ++row) add_mass(row, matrix);
   });
 }
 
-void VelocityMatrix::add_mass(int row, BlockMatrix& matrix) const {
+// True if rounding to single precision changes A by little beside the mass.
+bool VelocityMatrix::is_far_above_rounding(double gamma) const {
+  const auto is_far = [&](int first, int last, char& all) {
+    all = 1;
+    for (int row = first; row < last; ++row) {
+      const double over_mass =
+          gamma * gamma * dynamics_.stiffness().diagonal_block(row).diagonal().maxCoeff() +
+          gamma * dynamics_.damping().diagonal_block(row).diagonal().maxCoeff();
+      if (!(over_mass <= most_over_mass * scene().mass[row])) all = 0;
+    }
+  };
+  const auto parts = parallel_parts<char>(pattern()->rows(), threads(), is_far);
+  return std::ranges::find(parts, 0) == parts.end();
+}
+
+template <class Matrix>
+void VelocityMatrix::add_mass(int row, Matrix& matrix) const {
+  using Number = typename Matrix::Block::Scalar;
   const MassOperator& mass = dynamics_.mass();
   const int diagonal = pattern()->diagonal_slot(row);
   const int end = mass.is_diagonal() ? diagonal + 1 : pattern()->row_end(row);
   for (int slot = diagonal; slot < end; ++slot)
-    matrix.upper_block(pattern()->upper(row, slot)).diagonal().array() += mass.at(row, slot);
+    matrix.upper_block(pattern()->upper(row, slot)).diagonal().array() +=
+        static_cast<Number>(mass.at(row, slot));
 }
 
 Mat3 VelocityMatrix::block(int row, int slot) const {
+  if (is_single_) return damped_single_.block(row, slot).cast<double>();
   if (dynamics_.has_damping()) return damped_.block(row, slot);
   Mat3 result = gamma_ * gamma_ * dynamics_.stiffness().block(row, slot);
   result.diagonal().array() += dynamics_.mass().at(row, slot);
@@ -37,26 +86,35 @@ Mat3 VelocityMatrix::block(int row, int slot) const {
 }
 
 void VelocityMatrix::copy_to(SingleBlockMatrix& matrix) const {
+  if (is_single_) {
+    copy_between(damped_single_, matrix);
+  } else {
+    copy_between(dynamics_.has_damping() ? damped_ : dynamics_.stiffness(), matrix);
+  }
+}
+
+// Copies A, or makes it from K without damping.
+template <class Matrix>
+void VelocityMatrix::copy_between(const Matrix& from, SingleBlockMatrix& to) const {
   using Nine = Eigen::Array<double, 9, 1>;
-  using Numbers = Eigen::Map<const Nine>;
+  using Numbers = Eigen::Map<const Eigen::Array<typename Matrix::Block::Scalar, 9, 1>>;
   const BlockPattern& here = *pattern();
-  const BlockPattern& there = matrix.pattern();
+  const BlockPattern& there = to.pattern();
   const bool is_damped = dynamics_.has_damping();
-  const BlockMatrix& stored = is_damped ? damped_ : dynamics_.stiffness();
   const double factor = is_damped ? 1 : gamma_ * gamma_;
   const MassOperator& mass = dynamics_.mass();
   const bool is_lumped = mass.is_diagonal();
-  if (there.block_count() != here.block_count()) matrix.set_zero();
-  parallel_chunks(here.rows(), dynamics_.threads(), [&](int first, int last) {
+  if (there.block_count() != here.block_count()) to.set_zero(threads());
+  parallel_chunks(here.rows(), threads(), [&](int first, int last) {
     for (int row = first; row < last; ++row) {
       const int diagonal = here.diagonal_slot(row);
       int target = there.diagonal_slot(row), upper = here.upper(row, diagonal);
       for (int slot = diagonal; slot < here.row_end(row); ++slot, ++target, ++upper) {
         while (there.column(target) != here.column(slot)) ++target;
-        Nine sum = factor * Numbers(stored.upper_block(upper).data());
+        Nine sum = factor * Numbers(from.upper_block(upper).data()).template cast<double>();
         if (!is_damped && (slot == diagonal || !is_lumped))
           for (int i : {0, 4, 8}) sum[i] += mass.at(row, slot);
-        Eigen::Map<Eigen::Array<float, 9, 1>>(matrix.upper_block(there.upper(row, target)).data()) =
+        Eigen::Map<Eigen::Array<float, 9, 1>>(to.upper_block(there.upper(row, target)).data()) =
             sum.cast<float>();
       }
     }
@@ -74,7 +132,9 @@ void VelocityMatrix::add_contact_product(std::span<const Vec3> in, std::span<Vec
 }
 
 void VelocityMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out) const {
-  if (dynamics_.has_damping()) {
+  if (is_single_) {
+    damped_single_.multiply(in, out, threads());
+  } else if (dynamics_.has_damping()) {
     damped_.multiply(in, out, threads());
   } else {
     const BlockMatrix& stiffness = dynamics_.stiffness();

@@ -19,8 +19,10 @@ class VelocityMatrix {
 
   // Forms A for this gamma (s) from the K and D that the dynamics assembled last. If the dynamics
   // store no D, nothing is stored here, and products read K. Otherwise, A without contact is
-  // stored. O(blocks), less than the cost of a product.
+  // stored, in single precision where that is enough (docs/decisions/0092). O(blocks), less than
+  // the cost of a product.
   void form(double gamma);
+  bool is_single() const { return is_single_; }
   double gamma() const { return gamma_; }
   // Returns the number of calls of form() so far.
   std::int64_t version() const { return version_; }
@@ -47,10 +49,20 @@ class VelocityMatrix {
   void multiply(std::span<const Vec3> in, std::span<Vec3> out) const;
 
  private:
-  void add_mass(int row, BlockMatrix& matrix) const;
+  template <class Matrix>
+  void form_in(Matrix& matrix, double gamma);
+  template <class Matrix>
+  void add_mass(int row, Matrix& matrix) const;
+  template <class Matrix>
+  void copy_between(const Matrix& from, SingleBlockMatrix& to) const;
+  bool is_far_above_rounding(double gamma) const;
 
   const Dynamics& dynamics_;
-  BlockMatrix damped_;  // A without contact; unused without D
+  const bool may_be_single_;
+  // A without contact; unused without D. Only the one that is_single_ tells is up to date.
+  BlockMatrix damped_;
+  SingleBlockMatrix damped_single_;
+  bool is_single_ = false;
   std::vector<int> pinned_;
   double gamma_ = 0;
   std::int64_t version_ = 0;
