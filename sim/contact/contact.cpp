@@ -360,6 +360,23 @@ Mat3 Contact::definite_block(const ContactPair& pair, double gamma) const {
   return block + sliding_factor(sliding, gamma) * sliding.slope;
 }
 
+double Contact::largest_relative_gap_change(std::span<const Vec3> from,
+                                            std::span<const Vec3> to) const {
+  double largest = 0;
+  with_map([&](const auto& map) {
+    for (const ContactPair& pair : surface_.pairs()) {
+      double change = 0;
+      for (int i = 0; i < 4; ++i) {
+        const int node = pair.nodes[i];
+        if (node < scene_.dynamic_points)
+          change += pair.weight[i] * pair.normal.dot(map.apply(node, to) - map.apply(node, from));
+      }
+      largest = std::max(largest, std::abs(change) / pair.gap);
+    }
+  });
+  return largest;
+}
+
 std::optional<double> Contact::smallest_gap() const {
   if (surface_.pairs().empty()) return std::nullopt;
   return std::ranges::min(surface_.pairs(), {}, &ContactPair::gap).gap;

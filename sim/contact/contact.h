@@ -134,6 +134,9 @@ class Contact {
   // Returns the smallest gap (m) of the pairs in reach at the last evaluate(), or nothing if there
   // are no such pairs.
   std::optional<double> smallest_gap() const;
+  // Returns the largest change of a gap of a pair in reach, as a fraction of the gap at the last
+  // evaluation, if the dynamic particles move from `from` to `to` (m). To first order. O(pairs).
+  double largest_relative_gap_change(std::span<const Vec3> from, std::span<const Vec3> to) const;
 
   // Returns a fault unless every pair of features that ContactSearch covers provably stays apart
   // and ends with a positive gap. The proof covers the straight paths start -> end and all paths

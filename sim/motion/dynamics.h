@@ -207,6 +207,12 @@ class Dynamics {
                                                       std::span<const Vec3> velocity,
                                                       std::span<const Mat3> diagonal, int* added);
 
+  // Returns Contact::largest_relative_gap_change() from the last evaluation of the forces to these
+  // positions (m) of all particles at the same time. Precondition: contact is on.
+  double gap_change_since_evaluation(std::span<const Vec3> position) const {
+    return contact_->largest_relative_gap_change(position_, position);
+  }
+
   // True if a force has states in which no accepted step may end.
   bool has_limits() const { return has_limits_; }
   // Returns a fault if the state must not be accepted: a membrane exceeds its strain_limit. Costs
