@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sim/base/parallel.h"
+#include "sim/forces/stencil_array.h"
 #include "sim/scene/spline_sampling.h"
 
 namespace weft::sim {
@@ -295,7 +296,9 @@ void Contact::add_sliding_products(const Factor& factor, std::span<const Vec3> i
   });
 }
 
-void Contact::add_product(double gamma, std::span<const Vec3> in, std::span<Vec3> out) const {
+// Without flattening, the compiler calls a function for each sum of two vectors.
+WEFT_FLATTEN void Contact::add_product(double gamma, std::span<const Vec3> in,
+                                       std::span<Vec3> out) const {
   add_pair_products([&](const ContactPair& pair) { return normal_block(pair, gamma); }, in, out);
   add_sliding_products([&](const Sliding& of) { return sliding_factor(of, gamma); }, in, out);
 }
@@ -336,7 +339,7 @@ Contact::Stencil Contact::joined_stencil(const ContactPair& pair, StencilRoom& r
   return {room.particles, room.weights, room.levers};
 }
 
-void Contact::add_diagonal(double gamma, std::span<Mat3> diagonal) const {
+WEFT_FLATTEN void Contact::add_diagonal(double gamma, std::span<Mat3> diagonal) const {
   StencilRoom room;
   for (const ContactPair& pair : surface_.pairs()) {
     const Mat3 along = normal_block(pair, gamma) * pair.normal * pair.normal.transpose();
