@@ -61,7 +61,7 @@ std::span<Part> parallel_parts(std::vector<Part>& parts, int count, int threads,
   return std::span(parts).first(chunks.size());
 }
 
-// The same with new parts.
+// Returns the parts of a loop that makes new ones.
 template <class Part, class Body>
 std::vector<Part> parallel_parts(int count, int threads, const Body& body) {
   std::vector<Part> parts;
