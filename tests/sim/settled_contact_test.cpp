@@ -39,21 +39,24 @@ shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
   return text;
 }
 
-// Newton's iteration from deep in a barrier makes small corrections. Where they ended the
-// iteration, one of these thirty runs stored 1.4 times the energy it had in a barrier, and failed.
+// Newton's iteration from deep in a barrier makes small corrections. Where these ended the
+// iteration, about one run in thirty stored up to a third more energy than it had in a barrier, and
+// then failed.
 TEST(SettledContact, StoresNoEnergyInABarrierThatAStepEndsIn) {
-  for (int i = 0; i < 30; ++i) {
-    auto simulation =
-        make_simulation(parse_case(falling_sheet(0.0132 + 0.0009 * i, cloth, 17, 4), "case.toml",
-                                   {"time.duration=0.02", "time.relative_tolerance=1e-2"}));
-    const double start = simulation.dynamics().energies(0, simulation.state()).total();
-    double most = 0;
-    while (simulation.time() < 0.02) {
-      const auto failure = simulation.step();
-      ASSERT_FALSE(failure) << i << ": " << failure->text;
-      most = std::max(most, simulation.energies().total());
+  for (const double speed : {4.0, 6.0, 8.0}) {
+    for (int i = 0; i < 30; ++i) {
+      auto simulation = make_simulation(
+          parse_case(falling_sheet(0.013236 + 0.0009 * i, cloth, 17, speed), "case.toml",
+                     {"time.duration=0.02", "time.relative_tolerance=1e-1"}));
+      const double start = simulation.dynamics().energies(0, simulation.state()).total();
+      double most = 0;
+      while (simulation.time() < 0.02) {
+        const auto failure = simulation.step();
+        ASSERT_FALSE(failure) << speed << ' ' << i << ": " << failure->text;
+        most = std::max(most, simulation.energies().total());
+      }
+      EXPECT_LT(most, 1.001 * start) << speed << ' ' << i;
     }
-    EXPECT_LT(most, 1.001 * start) << i;
   }
 }
 
