@@ -61,7 +61,7 @@ std::span<Part> parallel_parts(std::vector<Part>& parts, int count, int threads,
   return std::span(parts).first(chunks.size());
 }
 
-// Returns the parts of a loop that makes new ones.
+// Calls body() for parts that are made anew, and returns them.
 template <class Part, class Body>
 std::vector<Part> parallel_parts(int count, int threads, const Body& body) {
   std::vector<Part> parts;

@@ -95,6 +95,15 @@ class DeformedScene {
   std::vector<double> state_, rate_;
 };
 
+// A sheet that touches a floor with one corner, until it is raised.
+Setting sheet_on_floor(const std::string& material) {
+  return {.shape = sheet(13, 13),
+          .more = "[[obstacle]]\nname = \"floor\"\nposition = [0.6, 0.3, -0.0025]\nshape = " +
+                  sheet(4, 4),
+          .material = material,
+          .contact = "range = 0.004\nfriction = 0.3"};
+}
+
 // Returns a linear map of velocities as a matrix: column i is its result for unit vector i. Rows
 // and columns are zero for pinned particles.
 template <class Map>
@@ -199,12 +208,7 @@ TEST(VelocityMatrix, IsTheSumOfMassDampingAndStiffness) {
 
 // Blocks without contact are inverted once, as long as A without contact stays the same.
 TEST(BlockJacobi, FollowsContactThatComesAndGoes) {
-  DeformedScene deformed({.shape = sheet(13, 13),
-                          .more = "[[obstacle]]\nname = \"floor\"\nposition = [0.6, 0.3, "
-                                  "-0.0025]\nshape = " +
-                                  sheet(4, 4),
-                          .material = "stiffness_damping = 1e-3",
-                          .contact = "range = 0.004\nfriction = 0.3"});
+  DeformedScene deformed(sheet_on_floor("stiffness_damping = 1e-3"));
   VelocityMatrix matrix(deformed.dynamics());
   std::vector<Vec3> r(deformed.dynamics().particle_count()), z(r.size()), expected(r.size());
   for (int i = 0; i < std::ssize(r); ++i) r[i] = Vec3(1, 2 + std::sin(i), -1.5);
@@ -384,12 +388,7 @@ TEST(Multigrid, SolvesAsADirectSolverDoes) {
 TEST(Multigrid, LeavesTheResidualAskedForWhenContactComesAndGoes) {
   for (double relative : {1e-2, 1e-4, 1e-9}) {
     SCOPED_TRACE(relative);
-    DeformedScene deformed({.shape = sheet(13, 13),
-                            .more = "[[obstacle]]\nname = \"floor\"\nposition = [0.6, 0.3, "
-                                    "-0.0025]\nshape = " +
-                                    sheet(4, 4),
-                            .material = "bending_stiffness = 0.1",
-                            .contact = "range = 0.004\nfriction = 0.3"});
+    DeformedScene deformed(sheet_on_floor("bending_stiffness = 0.1"));
     VelocitySystem system(deformed.dynamics());
     for (double height : {0.05, -0.05, 0.05, -0.05}) {
       deformed.raise(height);
