@@ -27,9 +27,10 @@ double DisplacementSolver::rest_gap_of(const SphereContact& contact) const {
 void DisplacementSolver::start(std::span<const SphereContact> contacts, double length,
                                std::span<const Vec3> mean) {
   length_ = length;
-  queue_.clear(static_cast<int>(mean.size()));
+  batches_.clear(static_cast<int>(mean.size()));
+  lanes_.clear();
+  spheres_.resize(mean.size() + 1);
   for (std::size_t i = 0; i < mean.size(); ++i) spheres_[i] = {mean[i], inverse_mass_[i]};
-  rows_.clear();
   add(contacts);
 }
 
@@ -37,14 +38,16 @@ void DisplacementSolver::add(std::span<const SphereContact> contacts) {
   for (const SphereContact& contact : contacts) {
     const double rest = rest_gap_of(contact), gap = contact.gap;
     const double target = gap < rest ? gap + restored_share * (rest - gap) : rest;
-    Row row{.normal = contact.normal,
-            .least = (target - gap) / length_,
-            .rest = rest,
-            .sphere = contact.sphere,
-            .other = contact.other};
-    if (contact.other < 0) row.least += contact.normal.dot(contact.drive);
-    rows_.push_back(row);
-    queue_.add(row.sphere, row.other);
+    double least = (target - gap) / length_;
+    if (contact.other < 0) least += contact.normal.dot(contact.drive);
+    const int place = batches_.add(contact.sphere, contact.other);
+    lanes_.resize(static_cast<std::size_t>(batches_.count()) * registers_per_batch,
+                  {LaneVec3::Constant(0.0), 0.0, 0.0, 0.0});
+    LaneRows& rows = lanes_[place / materials::lane_count];
+    const int lane = place % materials::lane_count;
+    set_lane(rows.normal, lane, contact.normal);
+    rows.least.values[lane] = least;
+    rows.rest.values[lane] = rest;
   }
 }
 
@@ -52,41 +55,37 @@ bool DisplacementSolver::fix(int sphere) {
   Sphere& fixed = spheres_[sphere];
   if (fixed.mobility == 0) return false;
   fixed = {Vec3::Zero(), 0};
-  queue_.push_rows_of(sphere);
+  batches_.touch(sphere);
   return true;
 }
 
-// Returns true if the displacements have changed by an amount that matters.
-bool DisplacementSolver::solve(Row& row) {
-  Sphere& a = spheres_[row.sphere];
-  Sphere* const b = row.other < 0 ? nullptr : &spheres_[row.other];
-  double speed = row.normal.dot(a.mean), mobility = a.mobility;
-  if (b != nullptr) {
-    speed -= row.normal.dot(b->mean);
-    mobility += b->mobility;
-  }
-  const double lack = row.least - speed;
-  if (lack <= 0 && row.multiplier == 0) return false;
-  if (mobility == 0) return false;
-  const double before = row.multiplier;
-  row.multiplier = std::max(0.0, before + relaxation * lack / mobility);
-  const double change = row.multiplier - before;
-  a.mean += a.mobility * change * row.normal;
-  if (b != nullptr) b->mean -= b->mobility * change * row.normal;
-  return std::abs(change) * mobility * length_ > small_lack * row.rest;
+// Returns the lanes in which the displacements have changed by an amount that matters.
+unsigned DisplacementSolver::solve(int index) {
+  const auto side = [&](const int* spheres) {
+    return [this, spheres](int lane) -> Vec3& { return spheres_[spheres[lane]].mean; };
+  };
+  const auto first = side(batches_.spheres(index * materials::lane_count));
+  const auto second = side(batches_.others(index * materials::lane_count));
+  LaneRows& rows = lanes_[index];
+  LaneRecords a = load_records(first), b = load_records(second);
+  const Lanes mobility = a.number + b.number;
+  const Lanes lack = rows.least - rows.normal.dot(a.vector - b.vector);
+  const Lanes before = rows.multiplier;
+  rows.multiplier = choose(0.0 < mobility, larger(0.0, before + relaxation * lack / mobility), before);
+  const Lanes change = rows.multiplier - before;
+  a.vector += a.number * change * rows.normal;
+  b.vector -= b.number * change * rows.normal;
+  store_records(a, first);
+  store_records(b, second);
+  return bits_of(small_lack * rows.rest < magnitude(change) * mobility * length_);
 }
 
 void DisplacementSolver::correct() {
-  for (int sweep = 0; sweep < most_displacement_sweeps; ++sweep) {
-    const bool is_any = queue_.sweep([&](int index) {
-      const Row& row = rows_[index];
-      if (!solve(rows_[index])) return;
-      queue_.push_rows_of(row.sphere);
-      if (row.other >= 0) queue_.push_rows_of(row.other);
-      queue_.remove(index);
-    });
-    if (!is_any) return;
-  }
+  const auto solve_rows = [&](int batch) {
+    return solve_batch(batch, [&](int index) { return solve(index); });
+  };
+  int sweeps = 0;
+  while (sweeps < most_displacement_sweeps && batches_.sweep(solve_rows)) ++sweeps;
 }
 
 }  // namespace weft::sim

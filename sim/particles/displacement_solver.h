@@ -4,24 +4,26 @@
 #include <span>
 #include <vector>
 
-#include "sim/particles/row_queue.h"
+#include "sim/particles/row_batches.h"
 #include "sim/particles/sphere_contact.h"
+#include "sim/particles/sphere_lanes.h"
 
 namespace weft::sim {
 
 // Corrects the displacements of a step until gap + n . (displacement of both sides) >= rest gap
-// holds for all contacts, by over-relaxed projected Gauss-Seidel sweeps over contacts whose spheres
-// have changed.
+// holds for all contacts, by over-relaxed projected Gauss-Seidel sweeps over batches of contacts
+// whose spheres have changed (row_batches.h).
 // A correction moves both sides by amounts inverse to their masses. The sides of a contact are
-// convex, so this keeps them apart wherever the sweeps have converged. The order of the contacts is
-// the order of the sweeps, so the result does not depend on threads.
+// convex, so this keeps them apart wherever the sweeps have converged. The order of the contacts
+// determines the batches, so the result depends neither on threads nor on the length of vector
+// registers.
 //
 // start(), then any number of add(), fix() and correct().
 class DisplacementSolver {
  public:
   // `rest_gap` (m) and `inverse_mass` (1/kg) are by sphere and must outlive the solver.
   DisplacementSolver(std::span<const double> rest_gap, std::span<const double> inverse_mass)
-      : rest_gap_(rest_gap), inverse_mass_(inverse_mass), spheres_(rest_gap.size()) {}
+      : rest_gap_(rest_gap), inverse_mass_(inverse_mass) {}
 
   // Begins a step of `length` (s). `mean` (m/s) is the displacement of each sphere, divided by the
   // length.
@@ -36,26 +38,26 @@ class DisplacementSolver {
   const Vec3& mean(int sphere) const { return spheres_[sphere].mean; }
 
  private:
-  struct Sphere {
-    Vec3 mean;
+  struct alignas(32) Sphere {
+    Vec3 mean{0, 0, 0};
     double mobility = 0;  // 1/kg, 0 if it stays where it is
   };
-  struct Row {
-    Vec3 normal;
-    double least;  // m/s, least normal component of the relative mean velocity
-    double rest;   // m, rest gap
-    double multiplier = 0;
-    int sphere, other;
+  // Contacts that are solved at once. Lanes without a contact are zero.
+  struct LaneRows {
+    LaneVec3 normal;
+    Lanes least;  // m/s, least normal component of the relative mean velocity
+    Lanes rest;   // m, rest gap
+    Lanes multiplier;
   };
 
   double rest_gap_of(const SphereContact& contact) const;
-  bool solve(Row& row);
+  unsigned solve(int index);
 
   std::span<const double> rest_gap_, inverse_mass_;
   double length_ = 0;  // s
-  std::vector<Sphere> spheres_;
-  std::vector<Row> rows_;
-  RowQueue queue_;
+  std::vector<Sphere> spheres_;  // the last one is no sphere and stays where it is
+  RowBatches batches_;
+  std::vector<LaneRows> lanes_;  // registers_per_batch to each batch
 };
 
 }  // namespace weft::sim

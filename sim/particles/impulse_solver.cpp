@@ -20,6 +20,8 @@ constexpr double touching_share = 0.25;
 constexpr int most_velocity_sweeps = 25;
 constexpr double small_change_share = 0.1;
 
+int lane_of(int place) { return place % materials::lane_count; }
+
 // Returns the first time (s) in [0, length] at which gap + speed t + acceleration t^2 / 2 is zero
 // or less, or a negative number if there is none.
 double closing_time(double gap, double speed, double acceleration, double length) {
@@ -54,19 +56,6 @@ double ImpulseSolver::least_gap(const SphereContact& contact) const {
                            : std::min(rest_gap_[contact.sphere], rest_gap_[contact.other]);
 }
 
-// Applies an impulse to both sides. Its normal part does not turn spheres.
-void ImpulseSolver::apply(const Row& row, double along_normal, const Vec3& tangential) {
-  const Vec3 impulse = along_normal * row.normal + tangential;
-  const Vec3 turn = row.normal.cross(tangential);
-  Motion& a = motion_[row.sphere];
-  a.velocity += a.mass_share * impulse;
-  a.turning -= a.turning_share * turn;
-  if (row.other < 0) return;
-  Motion& b = motion_[row.other];
-  b.velocity -= b.mass_share * impulse;
-  b.turning -= b.turning_share * turn;
-}
-
 // Sets the least normal velocity at the end of the step. Returns false if the contact neither
 // touches nor closes in free motion.
 bool ImpulseSolver::set_target(const SphereContact& contact, const ImpulseStep& step,
@@ -93,38 +82,42 @@ bool ImpulseSolver::set_target(const SphereContact& contact, const ImpulseStep& 
 }
 
 void ImpulseSolver::start(const ImpulseStep& step, std::span<const Vec3> spin) {
-  motion_.resize(spin.size());
+  motion_.assign(spin.size() + 1, {Vec3::Zero(), 0, Vec3::Zero(), 0});
   for (std::size_t i = 0; i < spin.size(); ++i) {
     motion_[i] = {step.velocity[i] + step.length * step.acceleration[i], inverse_mass_[i],
                   radius_[i] * spin[i], radius_[i] * radius_[i] * inverse_inertia_[i]};
   }
-  queue_.clear(static_cast<int>(spin.size()));
+  batches_.clear(static_cast<int>(spin.size()));
+  lanes_.clear();
 }
 
 void ImpulseSolver::make_rows(std::span<const SphereContact> contacts, const ImpulseStep& step) {
   rows_.clear();
   for (std::size_t c = 0; c < contacts.size(); ++c) {
-    const SphereContact& contact = contacts[c];
     Row row;
-    if (!set_target(contact, step, row)) continue;
+    if (!set_target(contacts[c], step, row)) continue;
     row.contact = static_cast<int>(c);
-    row.normal = contact.normal;
-    row.drive = contact.drive;
-    row.friction = contact.friction;
-    row.sphere = contact.sphere;
-    row.other = contact.other;
-    const Motion& a = motion_[row.sphere];
-    double normal = a.mass_share, tangential = a.mass_share + a.turning_share;
-    if (row.other >= 0) {
-      const Motion& b = motion_[row.other];
-      normal += b.mass_share;
-      tangential += b.mass_share + b.turning_share;
-    }
-    row.normal_mass = 1 / normal;
-    row.tangential_mass = 1 / tangential;
+    add_row(contacts[c], row);
     rows_.push_back(row);
-    queue_.add(row.sphere, row.other);
   }
+}
+
+void ImpulseSolver::add_row(const SphereContact& contact, Row& row) {
+  const LaneVec3 zero = LaneVec3::Constant(0.0);
+  row.place = batches_.add(contact.sphere, contact.other);
+  lanes_.resize(static_cast<std::size_t>(batches_.count()) * registers_per_batch,
+                {zero, 0.0, 0.0, 0.0, zero, 0.0, 0.0, zero});
+  const Motion& a = motion_[contact.sphere];
+  const Motion& b = contact.other < 0 ? motion_.back() : motion_[contact.other];
+  const double normal = a.mass_share + b.mass_share;
+  LaneRows& rows = lanes_of(row);
+  const int lane = lane_of(row.place);
+  set_lane(rows.normal, lane, contact.normal);
+  set_lane(rows.drive, lane, contact.drive);
+  rows.friction.values[lane] = contact.friction;
+  rows.target.values[lane] = row.target;
+  rows.normal_mass.values[lane] = 1 / normal;
+  rows.tangential_mass.values[lane] = 1 / (normal + a.turning_share + b.turning_share);
 }
 
 // Gives rows of contacts that rest the impulses of the last step.
@@ -140,9 +133,10 @@ void ImpulseSolver::take_kept(std::span<const SphereContact> contacts, double le
     while (kept != kept_.end() && key_of(*kept) < contact.key()) ++kept;
     if (kept == kept_.end()) return;
     if (key_of(*kept) != contact.key() || row.is_impact) continue;
-    row.impulse = scale * kept->normal;
     const Vec3 tangential(kept->tangential.data());
-    row.tangential = scale * (tangential - tangential.dot(contact.normal) * contact.normal);
+    lanes_of(row).impulse.values[lane_of(row.place)] = scale * kept->normal;
+    set_lane(lanes_of(row).tangential, lane_of(row.place),
+             scale * (tangential - tangential.dot(contact.normal) * contact.normal));
   }
 }
 
@@ -150,43 +144,67 @@ void ImpulseSolver::keep(std::span<const SphereContact> contacts, double length)
   kept_.clear();
   kept_length_ = length;
   for (const Row& row : rows_) {
-    if (row.is_impact || row.impulse == 0) continue;
+    const double impulse = lanes_of(row).impulse.values[lane_of(row.place)];
+    if (row.is_impact || impulse == 0) continue;
     const SphereContact& contact = contacts[row.contact];
+    const Vec3 tangential = sim::lane_of(lanes_of(row).tangential, lane_of(row.place));
     kept_.push_back({contact.surface,
                      contact.sphere,
                      contact.other,
                      contact.triangle,
-                     row.impulse,
-                     {row.tangential[0], row.tangential[1], row.tangential[2]}});
+                     impulse,
+                     {tangential[0], tangential[1], tangential[2]}});
   }
 }
 
-// Solves for the normal impulse, then for friction. The normal impulse does not change the slip, so
-// one relative velocity serves both. Returns true if a change matters.
-bool ImpulseSolver::solve(Row& row, double small_change) {
-  const Motion& a = motion_[row.sphere];
-  const bool is_pair = row.other >= 0;
-  Vec3 velocity = a.velocity - row.drive, turning = a.turning;
-  if (is_pair) {
-    velocity -= motion_[row.other].velocity;
-    turning += motion_[row.other].turning;
-  }
-  velocity -= turning.cross(row.normal);
-  const double speed = velocity.dot(row.normal);
-  const double before = row.impulse;
-  row.impulse = std::max(0.0, before + row.normal_mass * (row.target - speed));
-  const double change = row.impulse - before;
-  Vec3 slide = Vec3::Zero();
-  if (row.friction > 0) {
-    const Vec3 old = row.tangential;
-    row.tangential -= row.tangential_mass * (velocity - speed * row.normal);
-    const double limit = row.friction * row.impulse, squared = row.tangential.squaredNorm();
-    if (squared > limit * limit) row.tangential *= limit / std::sqrt(squared);
-    slide = row.tangential - old;
-  }
-  apply(row, change, slide);
-  const double least = small_change * row.normal_mass, slip = small_change * row.tangential_mass;
-  return std::abs(change) > least || slide.squaredNorm() > slip * slip;
+[[gnu::always_inline]] inline ImpulseSolver::Sides ImpulseSolver::load(int index) const {
+  const int* const first = batches_.spheres(index * materials::lane_count);
+  const int* const second = batches_.others(index * materials::lane_count);
+  return {load_records([&](int lane) -> const Vec3& { return motion_[first[lane]].velocity; }),
+          load_records([&](int lane) -> const Vec3& { return motion_[first[lane]].turning; }),
+          load_records([&](int lane) -> const Vec3& { return motion_[second[lane]].velocity; }),
+          load_records([&](int lane) -> const Vec3& { return motion_[second[lane]].turning; })};
+}
+
+// Applies impulses to both sides and stores their motions. The normal parts do not turn spheres.
+[[gnu::always_inline]] inline void ImpulseSolver::apply(Sides& sides, int index, const Lanes& along_normal, const LaneVec3& tangential) {
+  const LaneVec3& normal = lanes_[index].normal;
+  const LaneVec3 impulse = along_normal * normal + tangential;
+  const LaneVec3 turn = normal.cross(tangential);
+  sides.velocity.vector += sides.velocity.number * impulse;
+  sides.turning.vector -= sides.turning.number * turn;
+  sides.other_velocity.vector -= sides.other_velocity.number * impulse;
+  sides.other_turning.vector -= sides.other_turning.number * turn;
+  const int* const first = batches_.spheres(index * materials::lane_count);
+  const int* const second = batches_.others(index * materials::lane_count);
+  store_records(sides.velocity, [&](int lane) -> Vec3& { return motion_[first[lane]].velocity; });
+  store_records(sides.turning, [&](int lane) -> Vec3& { return motion_[first[lane]].turning; });
+  store_records(sides.other_velocity,
+                [&](int lane) -> Vec3& { return motion_[second[lane]].velocity; });
+  store_records(sides.other_turning,
+                [&](int lane) -> Vec3& { return motion_[second[lane]].turning; });
+}
+
+// Solves for the normal impulses, then for friction. A normal impulse does not change the slip, so
+// one relative velocity serves both. Returns the lanes whose changes matter.
+unsigned ImpulseSolver::solve(int index, double small_change) {
+  LaneRows& rows = lanes_[index];
+  Sides sides = load(index);
+  const LaneVec3 turning = sides.turning.vector + sides.other_turning.vector;
+  const LaneVec3 velocity = sides.velocity.vector - sides.other_velocity.vector - rows.drive -
+                            turning.cross(rows.normal);
+  const Lanes speed = velocity.dot(rows.normal);
+  const Lanes before = rows.impulse;
+  rows.impulse = larger(0.0, before + rows.normal_mass * (rows.target - speed));
+  const Lanes change = rows.impulse - before;
+  const LaneVec3 old = rows.tangential;
+  rows.tangential -= rows.tangential_mass * (velocity - speed * rows.normal);
+  const Lanes limit = rows.friction * rows.impulse, squared = rows.tangential.squaredNorm();
+  rows.tangential *= choose(limit * limit < squared, limit / square_root(squared), 1.0);
+  const LaneVec3 slide = rows.tangential - old;
+  apply(sides, index, change, slide);
+  const Lanes least = small_change * rows.normal_mass, slip = small_change * rows.tangential_mass;
+  return bits_of((least < magnitude(change)) | (slip * slip < slide.squaredNorm()));
 }
 
 void ImpulseSolver::find_velocities(std::span<const SphereContact> contacts,
@@ -195,18 +213,15 @@ void ImpulseSolver::find_velocities(std::span<const SphereContact> contacts,
   start(step, spin);
   make_rows(contacts, step);
   take_kept(contacts, step.length);
-  for (const Row& row : rows_) {
-    if (row.impulse != 0) apply(row, row.impulse, row.tangential);
+  for (int i = 0; i < static_cast<int>(lanes_.size()); ++i) {
+    Sides sides = load(i);
+    apply(sides, i, lanes_[i].impulse, lanes_[i].tangential);
   }
   const double small_change = small_change_share * step.resting_speed;
-  const auto solve_row = [&](int index) {
-    Row& row = rows_[index];
-    if (!solve(row, small_change)) return;
-    queue_.push_rows_of(row.sphere);
-    if (row.other >= 0) queue_.push_rows_of(row.other);
-    queue_.remove(index);
+  const auto solve_rows = [&](int batch) {
+    return solve_batch(batch, [&](int index) { return solve(index, small_change); });
   };
-  for (int k = 0; k < most_velocity_sweeps && queue_.sweep(solve_row); ++k) ++sweeps_;
+  for (int k = 0; k < most_velocity_sweeps && batches_.sweep(solve_rows); ++k) ++sweeps_;
   keep(contacts, step.length);
   for (std::size_t i = 0; i < velocity.size(); ++i) {
     velocity[i] = motion_[i].velocity;
@@ -221,10 +236,14 @@ void ImpulseSolver::find_displacements(const ImpulseStep& step, std::span<const 
   for (std::size_t i = 0; i < mean.size(); ++i) mean[i] = 0.5 * (step.velocity[i] + velocity[i]);
   for (const Row& row : rows_) {
     if (!row.is_impact) continue;
-    const Vec3 impulse = row.impulse * row.normal + row.tangential;
+    const LaneRows& rows = lanes_of(row);
+    const int lane = lane_of(row.place), sphere = *batches_.spheres(row.place),
+              other = *batches_.others(row.place);
+    const Vec3 impulse = rows.impulse.values[lane] * sim::lane_of(rows.normal, lane) +
+                         sim::lane_of(rows.tangential, lane);
     const double share = 0.5 - row.impact_time / step.length;
-    mean[row.sphere] += share * inverse_mass_[row.sphere] * impulse;
-    if (row.other >= 0) mean[row.other] -= share * inverse_mass_[row.other] * impulse;
+    mean[sphere] += share * inverse_mass_[sphere] * impulse;
+    if (other != batches_.nobody()) mean[other] -= share * inverse_mass_[other] * impulse;
   }
 }
 

@@ -5,8 +5,9 @@
 #include <vector>
 
 #include "sim/base/state_archive.h"
-#include "sim/particles/row_queue.h"
+#include "sim/particles/row_batches.h"
 #include "sim/particles/sphere_contact.h"
+#include "sim/particles/sphere_lanes.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -19,8 +20,9 @@ struct ImpulseStep {
   std::span<const Vec3> acceleration;  // m/s^2, of a free sphere, constant during the step
 };
 
-// Solves for the impulses of contacts by projected Gauss-Seidel sweeps. The order of the contacts
-// is the order of the sweeps, so the result does not depend on threads.
+// Solves for the impulses of contacts by projected Gauss-Seidel sweeps over batches of contacts
+// without common spheres (row_batches.h). The order of the contacts determines the batches, so the
+// result depends neither on threads nor on the length of vector registers.
 //
 // Between impacts a sphere moves freely, x(t) = x + v t + a t^2/2. If a contact closes at the time
 // t within the step at the speed u, its normal impulse makes the sides part at e u at that time,
@@ -62,18 +64,27 @@ class ImpulseSolver {
     Vec3 turning;          // m/s, radius times spin
     double turning_share;  // 1/kg, squared radius over moment of inertia, or 0
   };
+  // A contact that takes part.
   struct Row {
-    Vec3 normal;
-    double normal_mass, tangential_mass;  // kg
-    double friction;
-    Vec3 drive;                // m/s
-    double target = 0;         // m/s, least normal velocity at the end
-    double impulse = 0;        // kg m/s, along the normal
-    Vec3 tangential{0, 0, 0};  // kg m/s, impulse of friction
-    int sphere, other;
-    int contact;  // index in the list of contacts
+    int contact = 0;  // index in the list of contacts
+    int place = 0;    // in the batches
+    double target = 0;  // m/s, least normal velocity at the end
     bool is_impact = false;
     double impact_time = 0;  // s, within the step
+  };
+  // Rows that are solved at once. Lanes without a row are zero.
+  struct LaneRows {
+    LaneVec3 normal;
+    Lanes normal_mass, tangential_mass;  // kg
+    Lanes friction;
+    LaneVec3 drive;       // m/s
+    Lanes target;         // m/s
+    Lanes impulse;        // kg m/s, along the normal
+    LaneVec3 tangential;  // kg m/s, impulse of friction
+  };
+  // The motions of the two spheres of each lane.
+  struct Sides {
+    LaneRecords velocity, turning, other_velocity, other_turning;
   };
   // An impulse that the next step starts from.
   struct KeptImpulse {
@@ -87,14 +98,21 @@ class ImpulseSolver {
   bool set_target(const SphereContact& contact, const ImpulseStep& step, Row& row) const;
   void take_kept(std::span<const SphereContact> contacts, double length);
   void keep(std::span<const SphereContact> contacts, double length);
-  bool solve(Row& row, double small_change);
-  void apply(const Row& row, double along_normal, const Vec3& tangential);
+  void add_row(const SphereContact& contact, Row& row);
+  LaneRows& lanes_of(const Row& row) { return lanes_[row.place / materials::lane_count]; }
+  const LaneRows& lanes_of(const Row& row) const {
+    return lanes_[row.place / materials::lane_count];
+  }
+  Sides load(int index) const;
+  void apply(Sides& sides, int index, const Lanes& along_normal, const LaneVec3& tangential);
+  unsigned solve(int index, double small_change);
   double least_gap(const SphereContact& contact) const;
 
   std::vector<double> radius_, inverse_mass_, inverse_inertia_, inertia_, rest_gap_;
-  std::vector<Motion> motion_;
-  std::vector<Row> rows_;
-  RowQueue queue_;
+  std::vector<Motion> motion_;  // by sphere; the last one is that of no sphere and stays at rest
+  std::vector<Row> rows_;       // in the order of the contacts
+  RowBatches batches_;
+  std::vector<LaneRows> lanes_;  // registers_per_batch to each batch
   std::vector<KeptImpulse> kept_;
   double kept_length_ = 0;  // s, length of the step of kept_
   std::int64_t sweeps_ = 0;

@@ -7,7 +7,6 @@
 
 #include "bsi/proximity.h"
 #include "sim/case/case_reader.h"
-#include "sim/particles/row_queue.h"
 #include "sim/particles/sphere_grid.h"
 #include "sim/particles/sphere_search.h"
 #include "sim/particles/surface_candidates.h"
@@ -128,32 +127,6 @@ TEST(SphereSearch, FindsOverlapsBetweenTheEndsOfAStep) {
     search.find_overlaps(start, x, {}, overlaps);
     EXPECT_TRUE(overlaps.empty());
   }
-}
-
-TEST(RowQueue, SolvesTheRowsOfSpheresThatChange) {
-  RowQueue queue;
-  queue.clear(200);
-  // Row i joins the spheres i and i + 1; the last row has one sphere.
-  for (int i = 0; i < 150; ++i) queue.add(i, i + 1);
-  queue.add(150, -1);
-  std::vector<int> solved;
-  const auto note = [&](int row) { solved.push_back(row); };
-  EXPECT_TRUE(queue.sweep(note));
-  ASSERT_EQ(solved.size(), 151U);
-  EXPECT_TRUE(std::ranges::is_sorted(solved));
-  EXPECT_FALSE(queue.sweep(note));
-  solved.clear();
-  queue.push_rows_of(64);
-  queue.push_rows_of(150);
-  EXPECT_TRUE(queue.sweep([&](int row) {
-    solved.push_back(row);
-    if (row == 64) queue.push_rows_of(100);
-    if (row == 100) queue.push_rows_of(3);
-  }));
-  EXPECT_EQ(solved, (std::vector<int>{63, 64, 99, 100, 149, 150}));
-  solved.clear();
-  EXPECT_TRUE(queue.sweep(note));
-  EXPECT_EQ(solved, (std::vector<int>{2, 3}));
 }
 
 }  // namespace

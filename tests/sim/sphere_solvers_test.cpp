@@ -1,0 +1,278 @@
+// Batches of rows, and the solutions for velocities and displacements of spheres that use them,
+// compared with one row after the other.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <set>
+
+#include "sim/case/case_reader.h"
+#include "sim/particles/displacement_solver.h"
+#include "sim/particles/impulse_solver.h"
+#include "sim/particles/row_batches.h"
+
+namespace weft::sim::sphere_solvers_test {
+namespace {
+
+struct Row {
+  int sphere, other;
+};
+
+// Random pairs of spheres, each row with one sphere in five alone, and one sphere in every third.
+std::vector<Row> random_rows(int spheres, int count) {
+  std::mt19937 random(5);
+  std::uniform_int_distribution<int> sphere(1, spheres - 1);
+  std::vector<Row> rows;
+  for (int i = 0; i < count; ++i) {
+    Row row{i % 3 == 0 ? 0 : sphere(random), i % 5 == 1 ? -1 : sphere(random)};
+    if (row.sphere != row.other) rows.push_back(row);
+  }
+  return rows;
+}
+
+TEST(RowBatches, HoldEveryRowOnceAndNoSphereTwice) {
+  constexpr int spheres = 400;
+  const std::vector<Row> rows = random_rows(spheres, 3000);
+  RowBatches batches;
+  batches.clear(spheres);
+  std::set<int> places;
+  for (const Row& row : rows) {
+    const int place = batches.add(row.sphere, row.other);
+    EXPECT_TRUE(places.insert(place).second);
+    ASSERT_LT(place, batches.count() * RowBatches::width);
+    EXPECT_EQ(*batches.spheres(place), row.sphere);
+    EXPECT_EQ(*batches.others(place), row.other < 0 ? batches.nobody() : row.other);
+  }
+  for (int b = 0; b < batches.count(); ++b) {
+    std::multiset<int> in_batch;
+    for (int row = 0; row < RowBatches::width; ++row) {
+      const int place = b * RowBatches::width + row;
+      for (const int sphere : {*batches.spheres(place), *batches.others(place)}) {
+        EXPECT_TRUE(places.contains(place) || sphere == batches.nobody());
+        if (sphere != batches.nobody()) in_batch.insert(sphere);
+      }
+    }
+    for (const int sphere : in_batch) EXPECT_EQ(in_batch.count(sphere), 1U);
+  }
+  // A third of the rows have the first sphere, so that there are at least as many batches.
+  EXPECT_LE(batches.count(), 1000 + 64);
+}
+
+TEST(RowBatches, AreNearlyFullWhereSpheresHaveFewRows) {
+  constexpr int spheres = 1000;
+  RowBatches batches;
+  batches.clear(spheres);
+  for (int i = 0; i + 1 < spheres; ++i) batches.add(i, i + 1);
+  EXPECT_LE(batches.count(), spheres / RowBatches::width + 3);
+}
+
+TEST(RowBatches, AreSolvedAgainWhereSpheresHaveChanged) {
+  RowBatches batches;
+  batches.clear(200);
+  std::vector<int> batch_of;  // by row, which joins the spheres i and i + 1
+  for (int i = 0; i < 150; ++i) batch_of.push_back(batches.add(i, i + 1) / RowBatches::width);
+  batch_of.push_back(batches.add(150, -1) / RowBatches::width);
+  std::vector<int> solved;
+  const auto nothing_changes = [&](int batch) {
+    solved.push_back(batch);
+    return 0U;
+  };
+  EXPECT_TRUE(batches.sweep(nothing_changes));
+  EXPECT_EQ(static_cast<int>(solved.size()), batches.count());
+  EXPECT_TRUE(std::ranges::is_sorted(solved));
+  EXPECT_FALSE(batches.sweep(nothing_changes));
+
+  solved.clear();
+  batches.touch(150);
+  EXPECT_TRUE(batches.sweep(nothing_changes));
+  EXPECT_EQ(std::set<int>(solved.begin(), solved.end()), (std::set{batch_of[149], batch_of[150]}));
+
+  // A row that changes its spheres has the batches of their other rows solved again, and not its
+  // own.
+  const int place = batches.add(64, 65), own = place / RowBatches::width;
+  solved.clear();
+  EXPECT_TRUE(batches.sweep([&](int batch) {
+    solved.push_back(batch);
+    return batch == own ? 1U << place % RowBatches::width : 0U;
+  }));
+  batches.sweep(nothing_changes);
+  EXPECT_FALSE(batches.sweep(nothing_changes));
+  const std::set others{batch_of[63], batch_of[64], batch_of[65]};
+  EXPECT_FALSE(others.contains(own));
+  EXPECT_EQ(solved.size(), others.size() + 1);
+  for (const int batch : others) EXPECT_EQ(std::ranges::count(solved, batch), 1);
+}
+
+// A heap without gravity: spheres of two sizes that touch at random, some of them a wall.
+class Heap : public testing::Test {
+ protected:
+  static constexpr int count = 60;
+  Heap()
+      : scene(build_scene(parse_case(R"(
+[time]
+method = "impulses"
+duration = 1
+[[particles]]
+name = "small"
+radius = 0.01
+positions = { type = "grid", count = [30, 1, 1], centre = [0, 0, 0] }
+[[particles]]
+name = "large"
+radius = 0.02
+positions = { type = "grid", count = [30, 1, 1], centre = [0, 1, 0] }
+)",
+                                     "heap.toml"))),
+        solver(*scene) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> part(-1, 1);
+    const auto vector = [&] { return Vec3(part(random), part(random), part(random)); };
+    for (int i = 0; i < count; ++i) velocity.push_back(vector());
+    for (int a = 0; a < count; ++a) {
+      for (int b = a + 1; b < count; ++b) {
+        if ((b - a) % 19 == 0 || b == a + 1) add({a, b}, vector().normalized());
+      }
+    }
+    std::ranges::sort(contacts, {}, &SphereContact::key);
+    acceleration.assign(count, Vec3::Zero());
+  }
+  void add(const Row& row, const Vec3& normal) {
+    SphereContact contact;
+    contact.sphere = row.sphere;
+    contact.other = row.other;
+    contact.surface = row.other < 0 ? 0 : -1;
+    contact.normal = normal;
+    contact.gap = 0;
+    contacts.push_back(contact);
+  }
+  ImpulseStep step() const { return {1e-3, 1e-9, velocity, acceleration}; }
+  double mass(int sphere) const { return 1 / solver.inverse_masses()[sphere]; }
+
+  std::unique_ptr<const Scene> scene;
+  ImpulseSolver solver;
+  std::vector<Vec3> velocity, acceleration;
+  std::vector<SphereContact> contacts;
+};
+
+// Projected Gauss-Seidel, one row after the other in the order of their places.
+class RowByRow {
+ public:
+  RowByRow(const ImpulseSolver& solver, std::vector<Vec3> velocity, const std::vector<Vec3>& spin)
+      : solver_(solver), velocity_(std::move(velocity)), spin_(spin) {}
+
+  void solve(std::span<const SphereContact> contacts, int sweeps) {
+    RowBatches batches;
+    batches.clear(static_cast<int>(velocity_.size()));
+    std::vector<std::pair<int, const SphereContact*>> rows;
+    for (const SphereContact& contact : contacts)
+      rows.emplace_back(batches.add(contact.sphere, contact.other), &contact);
+    std::ranges::sort(rows);
+    std::vector<double> normal(contacts.size(), 0.0);
+    std::vector<Vec3> tangential(contacts.size(), Vec3::Zero());
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+      for (std::size_t r = 0; r < rows.size(); ++r)
+        solve(*rows[r].second, normal[r], tangential[r]);
+    }
+  }
+  const std::vector<Vec3>& velocity() const { return velocity_; }
+  const std::vector<Vec3>& spin() const { return spin_; }
+
+ private:
+  double radius(int sphere) const { return sphere < 30 ? 0.01 : 0.02; }
+  double turning_share(int sphere) const {
+    return radius(sphere) * radius(sphere) / solver_.inertia(sphere);
+  }
+  void solve(const SphereContact& at, double& normal, Vec3& tangential) {
+    const int a = at.sphere, b = at.other;
+    double share = solver_.inverse_masses()[a], sliding_share = share + turning_share(a);
+    Vec3 relative = velocity_[a] - radius(a) * spin_[a].cross(at.normal) - at.drive;
+    if (b >= 0) {
+      const double other = solver_.inverse_masses()[b];
+      share += other;
+      sliding_share += other + turning_share(b);
+      relative -= velocity_[b] + radius(b) * spin_[b].cross(at.normal);
+    }
+    const double speed = relative.dot(at.normal), before = normal;
+    normal = std::max(0.0, before - speed / share);
+    const Vec3 old = tangential;
+    tangential -= (relative - speed * at.normal) / sliding_share;
+    const double limit = at.friction * normal;
+    if (tangential.norm() > limit) tangential *= limit / tangential.norm();
+    const Vec3 impulse = (normal - before) * at.normal + tangential - old;
+    const Vec3 turn = at.normal.cross(tangential - old);
+    velocity_[a] += solver_.inverse_masses()[a] * impulse;
+    spin_[a] -= radius(a) / solver_.inertia(a) * turn;
+    if (b < 0) return;
+    velocity_[b] -= solver_.inverse_masses()[b] * impulse;
+    spin_[b] -= radius(b) / solver_.inertia(b) * turn;
+  }
+
+  const ImpulseSolver& solver_;
+  std::vector<Vec3> velocity_, spin_;
+};
+
+TEST_F(Heap, HasTheVelocitiesOfOneRowAfterTheOther) {
+  for (int i = 0; i < count; i += 7) add({i, -1}, Vec3(0.6, 0, 0.8));
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    contacts[c].friction = c % 4 == 0 ? 0 : 0.3;
+    if (contacts[c].other < 0) contacts[c].drive = {0.1, -0.2, 0.3};
+  }
+  std::ranges::sort(contacts, {}, &SphereContact::key);
+  std::vector<Vec3> found(count), spin(count, Vec3(1, -2, 3));
+  RowByRow expected(solver, velocity, spin);
+  expected.solve(contacts, 25);
+  solver.find_velocities(contacts, step(), found, spin);
+  EXPECT_EQ(solver.sweeps(), 25);
+  for (int i = 0; i < count; ++i) {
+    EXPECT_LT((found[i] - expected.velocity()[i]).norm(), 1e-8) << i;
+    EXPECT_LT((spin[i] - expected.spin()[i]).norm(), 1e-6) << i;
+  }
+}
+
+TEST_F(Heap, KeepsItsMomentum) {
+  for (SphereContact& contact : contacts) contact.friction = 0.4;
+  std::vector<Vec3> found(count), spin(count, Vec3(1, -2, 3));
+  solver.find_velocities(contacts, step(), found, spin);
+  Vec3 momentum = Vec3::Zero();
+  double size = 0;
+  for (int i = 0; i < count; ++i) {
+    momentum += mass(i) * (found[i] - velocity[i]);
+    size += mass(i) * (found[i] - velocity[i]).norm();
+  }
+  EXPECT_GT(size, 1e-3);
+  EXPECT_LT(momentum.norm(), 1e-13 * size);
+}
+
+TEST_F(Heap, HasDisplacementsThatKeepEveryGapOpen) {
+  for (SphereContact& contact : contacts) contact.gap = solver.rest_gaps()[contact.sphere];
+  constexpr double length = 1e-3;
+  DisplacementSolver displacements(solver.rest_gaps(), solver.inverse_masses());
+  for (Vec3& mean : velocity) mean *= 0.05;
+  displacements.start(contacts, length, velocity);
+  for (int call = 0; call < 50; ++call) displacements.correct();
+  double moved = 0;
+  const auto check = [&] {
+    for (const SphereContact& contact : contacts) {
+      const double rest = std::min(solver.rest_gaps()[contact.sphere],
+                                   solver.rest_gaps()[contact.other]);
+      const Vec3 apart = displacements.mean(contact.sphere) - displacements.mean(contact.other);
+      EXPECT_GT(contact.gap + length * contact.normal.dot(apart), 0.3 * rest);
+    }
+  };
+  check();
+  Vec3 momentum = Vec3::Zero();
+  for (int i = 0; i < count; ++i) {
+    momentum += mass(i) * (displacements.mean(i) - velocity[i]);
+    moved = std::max(moved, (displacements.mean(i) - velocity[i]).norm());
+  }
+  EXPECT_GT(moved, 1e-3);
+  EXPECT_LT(momentum.norm(), 1e-13);
+  // A sphere that stays where it is pushes the others away.
+  EXPECT_TRUE(displacements.fix(20));
+  EXPECT_FALSE(displacements.fix(20));
+  for (int call = 0; call < 50; ++call) displacements.correct();
+  EXPECT_EQ(displacements.mean(20), Vec3::Zero());
+  check();
+}
+
+}  // namespace
+}  // namespace weft::sim::sphere_solvers_test
