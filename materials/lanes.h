@@ -177,7 +177,8 @@ template <class Address>
 }
 // Stores what load_fours() returns, lane 0 first.
 template <class Address>
-[[gnu::always_inline]] inline void store_fours(const std::array<Lanes, 4>& numbers, const Address& at) {
+[[gnu::always_inline]] inline void store_fours(const std::array<Lanes, 4>& numbers,
+                                               const Address& at) {
   std::array<Lanes::Vector, 4> rows{numbers[0].values, numbers[1].values, numbers[2].values,
                                     numbers[3].values};
   constexpr std::make_integer_sequence<int, lane_count> lanes;

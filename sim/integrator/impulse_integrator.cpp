@@ -87,6 +87,7 @@ class ImpulseIntegrator final : public Integrator {
     archive(time_, start_time_, state_, before_, spin_, counts_, own_.pairs, own_.smallest_gap,
             own_.spin_energy);
     solver_.transfer(archive);
+    displacements_.transfer(archive);
   }
   const OwnContact* own_contact() const override { return &own_; }
 
@@ -298,7 +299,10 @@ std::optional<Failure> ImpulseIntegrator::separate(const SphereStart& start) {
   move(start.length);
   for (int round = 0;; ++round) {
     search_.find_overlaps(start, end_, changed_, overlaps_);
-    if (overlaps_.empty()) return std::nullopt;
+    if (overlaps_.empty()) {
+      displacements_.keep();
+      return std::nullopt;
+    }
     const PhaseTimer timer(dynamics_.statistics().phases.linear_solve);
     if (round >= free_rounds && !fix_overlapping()) return failure(overlaps_.front());
     if (round < corrected_rounds) {
@@ -360,6 +364,7 @@ void ImpulseIntegrator::restart(double time, std::span<const double> y) {
   state_.assign(y.begin(), y.end());
   before_ = state_;
   solver_.forget();
+  displacements_.forget();
   ++counts_.restarts;
 }
 

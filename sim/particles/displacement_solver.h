@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/base/state_archive.h"
 #include "sim/particles/row_batches.h"
 #include "sim/particles/sphere_contact.h"
 #include "sim/particles/sphere_lanes.h"
@@ -18,7 +19,7 @@ namespace weft::sim {
 // determines the batches, so the result depends neither on threads nor on the length of vector
 // registers.
 //
-// start(), then any number of add(), fix() and correct().
+// start(), then any number of add(), fix() and correct(), then keep().
 class DisplacementSolver {
  public:
   // `rest_gap` (m) and `inverse_mass` (1/kg) are by sphere and must outlive the solver.
@@ -26,7 +27,8 @@ class DisplacementSolver {
       : rest_gap_(rest_gap), inverse_mass_(inverse_mass) {}
 
   // Begins a step of `length` (s). `mean` (m/s) is the displacement of each sphere, divided by the
-  // length.
+  // length. Contacts must be sorted by key. Begins with corrections in proportion to those of the
+  // last keep().
   void start(std::span<const SphereContact> contacts, double length, std::span<const Vec3> mean);
   // Adds contacts that were missed.
   void add(std::span<const SphereContact> contacts);
@@ -34,6 +36,11 @@ class DisplacementSolver {
   bool fix(int sphere);
   // Sweeps until no gap lacks more than a share of the rest gap, or until a number of sweeps.
   void correct();
+  // Keeps the corrections of the contacts given to start() for the next step.
+  void keep();
+  // Forgets the corrections of the last step.
+  void forget() { kept_.clear(); }
+  void transfer(StateArchive& archive);
   // Returns the displacement divided by the length of the step (m/s).
   const Vec3& mean(int sphere) const { return spheres_[sphere].mean; }
 
@@ -45,19 +52,35 @@ class DisplacementSolver {
   // Contacts that are solved at once. Lanes without a contact are zero.
   struct LaneRows {
     LaneVec3 normal;
-    Lanes least;  // m/s, least normal component of the relative mean velocity
-    Lanes rest;   // m, rest gap
-    Lanes multiplier;
+    Lanes least;       // m/s, least normal component of the relative mean velocity
+    Lanes rest;        // m, rest gap
+    Lanes multiplier;  // kg m/s, correction along the normal
+  };
+
+  // A correction that the next step begins with.
+  struct KeptMultiplier {
+    ContactKey key;
+    double multiplier;
+  };
+  // A contact that was given to start().
+  struct Row {
+    ContactKey key;
+    int place;  // in the batches
   };
 
   double rest_gap_of(const SphereContact& contact) const;
+  int add_row(const SphereContact& contact);
+  void take_kept();
   unsigned solve(int index);
 
   std::span<const double> rest_gap_, inverse_mass_;
-  double length_ = 0;  // s
+  double length_ = 0;            // s
   std::vector<Sphere> spheres_;  // the last one is no sphere and stays where it is
   RowBatches batches_;
   std::vector<LaneRows> lanes_;  // registers_per_batch to each batch
+  std::vector<Row> rows_;
+  std::vector<KeptMultiplier> kept_;
+  double kept_length_ = 0;  // s, length of the step of kept_
 };
 
 }  // namespace weft::sim

@@ -122,22 +122,17 @@ void ImpulseSolver::add_row(const SphereContact& contact, Row& row) {
 
 // Gives rows of contacts that rest the impulses of the last step.
 void ImpulseSolver::take_kept(std::span<const SphereContact> contacts, double length) {
-  if (kept_.empty()) return;
   const double scale = length / kept_length_;
-  auto kept = kept_.begin();
-  for (Row& row : rows_) {
-    const SphereContact& contact = contacts[row.contact];
-    const auto key_of = [](const KeptImpulse& of) {
-      return std::tuple(of.surface, of.sphere, of.other, of.triangle);
-    };
-    while (kept != kept_.end() && key_of(*kept) < contact.key()) ++kept;
-    if (kept == kept_.end()) return;
-    if (key_of(*kept) != contact.key() || row.is_impact) continue;
-    const Vec3 tangential(kept->tangential.data());
-    lanes_of(row).impulse.values[lane_of(row.place)] = scale * kept->normal;
+  const auto key_of = [&](std::size_t row) { return contacts[rows_[row].contact].key(); };
+  match_kept(kept_, rows_.size(), key_of, [&](std::size_t index, const KeptImpulse& kept) {
+    const Row& row = rows_[index];
+    if (row.is_impact) return;
+    const Vec3& normal = contacts[row.contact].normal;
+    const Vec3 tangential(kept.tangential.data());
+    lanes_of(row).impulse.values[lane_of(row.place)] = scale * kept.normal;
     set_lane(lanes_of(row).tangential, lane_of(row.place),
-             scale * (tangential - tangential.dot(contact.normal) * contact.normal));
-  }
+             scale * (tangential - tangential.dot(normal) * normal));
+  });
 }
 
 void ImpulseSolver::keep(std::span<const SphereContact> contacts, double length) {
@@ -146,14 +141,9 @@ void ImpulseSolver::keep(std::span<const SphereContact> contacts, double length)
   for (const Row& row : rows_) {
     const double impulse = lanes_of(row).impulse.values[lane_of(row.place)];
     if (row.is_impact || impulse == 0) continue;
-    const SphereContact& contact = contacts[row.contact];
     const Vec3 tangential = sim::lane_of(lanes_of(row).tangential, lane_of(row.place));
-    kept_.push_back({contact.surface,
-                     contact.sphere,
-                     contact.other,
-                     contact.triangle,
-                     impulse,
-                     {tangential[0], tangential[1], tangential[2]}});
+    kept_.push_back(
+        {contacts[row.contact].key(), impulse, {tangential[0], tangential[1], tangential[2]}});
   }
 }
 
@@ -167,7 +157,9 @@ void ImpulseSolver::keep(std::span<const SphereContact> contacts, double length)
 }
 
 // Applies impulses to both sides and stores their motions. The normal parts do not turn spheres.
-[[gnu::always_inline]] inline void ImpulseSolver::apply(Sides& sides, int index, const Lanes& along_normal, const LaneVec3& tangential) {
+[[gnu::always_inline]] inline void ImpulseSolver::apply(Sides& sides, int index,
+                                                        const Lanes& along_normal,
+                                                        const LaneVec3& tangential) {
   const LaneVec3& normal = lanes_[index].normal;
   const LaneVec3 impulse = along_normal * normal + tangential;
   const LaneVec3 turn = normal.cross(tangential);
@@ -191,8 +183,8 @@ unsigned ImpulseSolver::solve(int index, double small_change) {
   LaneRows& rows = lanes_[index];
   Sides sides = load(index);
   const LaneVec3 turning = sides.turning.vector + sides.other_turning.vector;
-  const LaneVec3 velocity = sides.velocity.vector - sides.other_velocity.vector - rows.drive -
-                            turning.cross(rows.normal);
+  const LaneVec3 velocity =
+      sides.velocity.vector - sides.other_velocity.vector - rows.drive - turning.cross(rows.normal);
   const Lanes speed = velocity.dot(rows.normal);
   const Lanes before = rows.impulse;
   rows.impulse = larger(0.0, before + rows.normal_mass * (rows.target - speed));

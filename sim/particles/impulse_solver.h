@@ -66,8 +66,8 @@ class ImpulseSolver {
   };
   // A contact that takes part.
   struct Row {
-    int contact = 0;  // index in the list of contacts
-    int place = 0;    // in the batches
+    int contact = 0;    // index in the list of contacts
+    int place = 0;      // in the batches
     double target = 0;  // m/s, least normal velocity at the end
     bool is_impact = false;
     double impact_time = 0;  // s, within the step
@@ -88,7 +88,7 @@ class ImpulseSolver {
   };
   // An impulse that the next step starts from.
   struct KeptImpulse {
-    int surface, sphere, other, triangle;
+    ContactKey key;
     double normal;
     std::array<double, 3> tangential;
   };

@@ -1,11 +1,20 @@
 // A contact of a rigid sphere.
 #pragma once
 
-#include <tuple>
+#include <compare>
+#include <cstddef>
+#include <vector>
 
 #include "sim/base/vectors.h"
 
 namespace weft::sim {
+
+// Contacts with equal keys are one contact in two steps. Lists of contacts are sorted by key.
+struct ContactKey {
+  int surface = -1, sphere = 0, other = -1, triangle = -1;
+  // clang-tidy 14 mistakes the generated comparison with 0 for one with a null pointer.
+  auto operator<=>(const ContactKey&) const = default;  // NOLINT(modernize-use-nullptr)
+};
 
 // A sphere that is near another sphere, or near a triangle of an obstacle.
 struct SphereContact {
@@ -18,8 +27,21 @@ struct SphereContact {
   Vec3 drive{0, 0, 0};   // m/s, mean velocity of the obstacle's closest point during the step
   double restitution = 0, friction = 0;
 
-  // Contacts with equal keys are one contact in two steps. Lists of contacts are sorted by key.
-  std::tuple<int, int, int, int> key() const { return {surface, sphere, other, triangle}; }
+  ContactKey key() const { return {surface, sphere, other, triangle}; }
 };
+
+// Calls use(i, kept) for every i in 0 .. count - 1 whose key_of(i) is that of an entry of `kept`.
+// Both are sorted by key.
+template <class Kept, class KeyOf, class Use>
+void match_kept(const std::vector<Kept>& kept, std::size_t count, const KeyOf& key_of,
+                const Use& use) {
+  auto next = kept.begin();
+  for (std::size_t i = 0; i < count; ++i) {
+    const ContactKey key = key_of(i);
+    while (next != kept.end() && next->key < key) ++next;
+    if (next == kept.end()) return;
+    if (next->key == key) use(i, *next);
+  }
+}
 
 }  // namespace weft::sim

@@ -43,7 +43,8 @@ template <class VectorOf>
 }
 // Stores what load_records() returns, lane 0 first.
 template <class VectorOf>
-[[gnu::always_inline]] inline void store_records(const LaneRecords& records, const VectorOf& vector_of) {
+[[gnu::always_inline]] inline void store_records(const LaneRecords& records,
+                                                 const VectorOf& vector_of) {
   materials::store_fours({records.vector[0], records.vector[1], records.vector[2], records.number},
                          [&](int lane) { return vector_of(lane).data(); });
 }

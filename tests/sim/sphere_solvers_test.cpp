@@ -252,8 +252,8 @@ TEST_F(Heap, HasDisplacementsThatKeepEveryGapOpen) {
   double moved = 0;
   const auto check = [&] {
     for (const SphereContact& contact : contacts) {
-      const double rest = std::min(solver.rest_gaps()[contact.sphere],
-                                   solver.rest_gaps()[contact.other]);
+      const double rest =
+          std::min(solver.rest_gaps()[contact.sphere], solver.rest_gaps()[contact.other]);
       const Vec3 apart = displacements.mean(contact.sphere) - displacements.mean(contact.other);
       EXPECT_GT(contact.gap + length * contact.normal.dot(apart), 0.3 * rest);
     }
@@ -272,6 +272,29 @@ TEST_F(Heap, HasDisplacementsThatKeepEveryGapOpen) {
   for (int call = 0; call < 50; ++call) displacements.correct();
   EXPECT_EQ(displacements.mean(20), Vec3::Zero());
   check();
+}
+
+TEST_F(Heap, BeginsWithMostOfTheLastCorrections) {
+  for (SphereContact& contact : contacts) contact.gap = solver.rest_gaps()[contact.sphere];
+  DisplacementSolver displacements(solver.rest_gaps(), solver.inverse_masses());
+  const auto begin = [&](double length) {
+    displacements.start(contacts, length, velocity);
+    std::vector<Vec3> moved;
+    for (int i = 0; i < count; ++i) moved.push_back(displacements.mean(i) - velocity[i]);
+    return moved;
+  };
+  for (const Vec3& each : begin(1e-3)) EXPECT_EQ(each, Vec3::Zero());
+  displacements.correct();
+  std::vector<Vec3> corrections;
+  for (int i = 0; i < count; ++i) corrections.push_back(displacements.mean(i) - velocity[i]);
+  displacements.keep();
+  const std::vector<Vec3> same = begin(1e-3), shorter = begin(0.5e-3);
+  for (int i = 0; i < count; ++i) {
+    EXPECT_LT((same[i] - 0.8 * corrections[i]).norm(), 1e-12);
+    EXPECT_LT((shorter[i] - 0.4 * corrections[i]).norm(), 1e-12);
+  }
+  displacements.forget();
+  for (const Vec3& each : begin(1e-3)) EXPECT_EQ(each, Vec3::Zero());
 }
 
 }  // namespace
