@@ -158,12 +158,14 @@ class Contact {
                                                            const PlacedParticles& end);
   // A stop is a damper on a pair of features that would meet during a long step. It slows their
   // approach at the end of the step to the speed that uses up the room between them (Meeting), so
-  // that the linearised step ends before they meet. Its force is linear in that speed and acts only
-  // against an approach. A stop therefore adds no energy.
+  // that the linearised step ends before they meet. Its force is linear in that speed. Against an
+  // approach it takes energy. Where other stops slow the approach by more, it pulls.
   //
-  // add_stops() finds the pairs that would meet on a path and makes stops for those that have none
-  // yet. Stops that pull at the `velocity` (m/s, by dynamic particle) of the end of the path are
-  // removed. `diagonal` has the diagonal blocks (kg) of the matrix of the step, by dynamic
+  // add_stops() finds the pairs that would meet on a path and makes stops for them, one for each
+  // point at most: for the first to meet of the pairs in which the point has the largest weight.
+  // More of them would mostly pull. Pairs that still meet get theirs in a later call. If there are
+  // pairs that meet, stops that pull at the `velocity` (m/s, by dynamic particle) of the end of the
+  // path are removed. `diagonal` has the diagonal blocks (kg) of the matrix of the step, by dynamic
   // particle: a stop is a hundred times as stiff. Sets *added to the number of new stops. Returns a
   // fault only if a position is not finite.
   [[nodiscard]] std::optional<ContactFault> add_stops(const StepPath& path, double gamma,
@@ -211,6 +213,7 @@ class Contact {
     double allowed =
         0;  // slope of the distance from which on the stop acts (m/s); usually negative
   };
+  int heaviest_point(const ContactPair& pair) const;
   double closing_rate(const ContactPair& pair, std::span<const Vec3> velocity) const;
   double stop_damping(const ContactPair& pair, double gamma, std::span<const Mat3> diagonal) const;
 

@@ -81,13 +81,13 @@ void Snapshot::renew(int body, const BodyPaths& now, double limit, double short_
     }
   }
   const bool with_paths = longest > short_path * short_path;
-  if (!state.recorded || state.has_paths || with_paths) return record_all(body, now, with_paths);
+  if (!state.recorded || state.has_paths != with_paths) return record_all(body, now, with_paths);
   const int first = scene_.bodies[body].first_point;
   for (std::size_t i = 0; i < now.end.size(); ++i) {
     const std::size_t point = first + i;
     if (!(displacement_[point] > limit)) continue;
-    const Vec3 position = now.end[i] - now.end_origin;
-    place(static_cast<int>(point), position, position);
+    const Vec3 end = now.end[i] - now.end_origin;
+    place(static_cast<int>(point), with_paths ? now.start[i] - now.start_origin : end, end);
     renewed_[point] = 1;
   }
   state.renewed = true;

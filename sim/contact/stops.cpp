@@ -51,6 +51,7 @@ std::optional<Meeting> SurfaceContact::meeting_of(const Pair& pair, double range
   if (fraction >= 1 && end_gap > smallest_end * range) return std::nullopt;
   if (!(closest.squared_distance > 0)) closest = closest_at(0);
   Meeting meeting;
+  meeting.fraction = fraction;
   meeting.pair.nodes = pair.nodes;
   meeting.pair.weight = closest.weight;
   meeting.pair.normal = closest.separation / std::sqrt(closest.squared_distance);
@@ -120,6 +121,19 @@ double Contact::stop_damping(const ContactPair& pair, double gamma,
   return mobility > 0 ? relative_stiffness / (mobility * gamma) : 0;
 }
 
+// Returns the dynamic point of a pair that has the largest weight.
+int Contact::heaviest_point(const ContactPair& pair) const {
+  int heaviest = -1;
+  double most = -1;
+  for (int k = 0; k < 4; ++k) {
+    const double weight = std::abs(pair.weight[k]);
+    if (pair.nodes[k] >= scene_.dynamic_points || weight <= most) continue;
+    heaviest = pair.nodes[k];
+    most = weight;
+  }
+  return heaviest;
+}
+
 std::optional<ContactFault> Contact::add_stops(const StepPath& path, double gamma,
                                                std::span<const Vec3> velocity,
                                                std::span<const Mat3> diagonal, int* added) {
@@ -132,7 +146,12 @@ std::optional<ContactFault> Contact::add_stops(const StepPath& path, double gamm
   std::erase_if(stops_, [&](const Stop& stop) {
     return closing_rate(stop.pair, velocity) > stop.allowed + 1e-12;
   });
-  for (Meeting& meeting : meetings) {
+  std::ranges::stable_sort(meetings, {}, &Meeting::fraction);
+  std::vector<char> has_new_stop(scene_.dynamic_points, 0);
+  for (const Meeting& meeting : meetings) {
+    char& is_taken = has_new_stop[heaviest_point(meeting.pair)];
+    if (is_taken != 0) continue;
+    is_taken = 1;
     const auto is_same = [&](const Stop& stop) { return stop.pair.nodes == meeting.pair.nodes; };
     const auto known = std::ranges::find_if(stops_, is_same);
     Stop stop{meeting.pair, 0};

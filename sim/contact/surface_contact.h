@@ -64,8 +64,9 @@ struct OpenPair {
 
 // Two features that would meet on a path.
 struct Meeting {
-  ContactPair pair;  // nodes, weights and normal where they meet; without forces
-  double room = 0;   // m, by which the features may approach each other along the normal
+  ContactPair pair;     // nodes, weights and normal where they meet; without forces
+  double fraction = 1;  // of the path, at which they come too near; 1 if they do so at its end
+  double room = 0;      // m, by which the features may approach each other along the normal
 };
 
 // Contact of samples with surfaces. Each vertex of a dynamic surface is a sample of the area around

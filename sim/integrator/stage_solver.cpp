@@ -63,7 +63,7 @@ constexpr double shortest_judged = 1.0 / 16;
 
 // Limit of the solves of one correction. All but the last are followed by new stops. If surfaces
 // still meet after it, a shorter step is cheaper.
-constexpr int most_solves = 5;
+constexpr int most_solves = 12;
 
 // Limit of the number of times that a correction is halved. Beyond it, a shorter step is cheaper.
 constexpr int most_cuts = 8;

@@ -48,18 +48,24 @@ motion = { angular_velocity_deg = [0, 180, 0] }
 )";
 
 // A sheet is thrown at a ball.
-const std::string impact = cloth + R"(
+std::string impact(int resolution, const std::string& place) {
+  const std::string count = std::to_string(resolution);
+  return cloth + R"(
 [[body]]
 name = "sheet"
-position = [0.02, 0.01, 0.4]
+position = )" +
+         place + R"(
 velocity = [0, 0, -10]
 thickness = 0.002
-shape = { type = "rectangle", size = [0.6, 0.6], resolution = [13, 13] }
+shape = { type = "rectangle", size = [0.6, 0.6], resolution = [)" +
+         count + ", " + count + R"(] }
 [[obstacle]]
 name = "ball"
 thickness = 0.002
-shape = { type = "sphere", radius = 0.15, resolution = [9] }
+shape = { type = "sphere", radius = 0.15, resolution = [)" +
+         std::to_string(resolution * 2 / 3 + 1) + R"(] }
 )";
+}
 
 struct Preview {
   double gained = 0;   // largest energy beyond what was put in, J
@@ -110,7 +116,8 @@ TEST(Preview, DrapesWithoutCrossingsAndGainsNoEnergy) {
   for (const double step : steps) {
     const Preview preview = run(drape, step, 0.5);
     EXPECT_EQ(preview.crossings, 0) << step;
-    EXPECT_LE(preview.gained, 0.02 * preview.most) << step;
+    EXPECT_EQ(preview.counts.vetoed_steps, 0) << step;  // stops that pull cost ten cuts
+    EXPECT_LE(preview.gained, 0.002 * preview.most) << step;
     EXPECT_LT(preview.stretch, 0.16) << step;
   }
 }
@@ -119,16 +126,20 @@ TEST(Preview, TwistsWithoutCrossingsAndGainsNoEnergy) {
   for (const double step : steps) {
     const Preview preview = run(twist, step, 0.5);
     EXPECT_EQ(preview.crossings, 0) << step;
-    EXPECT_LE(preview.gained, 0.02 * preview.most) << step;
+    EXPECT_LE(preview.gained, 0.002 * preview.most) << step;
   }
 }
 
+// With several stops for each point, some of which pull, the finer sheet gains 2.7 %.
 TEST(Preview, SurvivesAnImpactWithoutCrossingsAndGainsNoEnergy) {
+  const std::array scenes{impact(13, "[0.02, 0.01, 0.4]"), impact(25, "[0, 0, 0.4]")};
   // In 1/30 s this sheet moves by half its size: such steps are cut until they are no preview.
   for (const double step : std::span(steps).subspan(1)) {
-    const Preview preview = run(impact, step, 0.15);
-    EXPECT_EQ(preview.crossings, 0) << step;
-    EXPECT_LE(preview.gained, 0.02 * preview.most) << step;
+    for (const std::string& scene : scenes) {
+      const Preview preview = run(scene, step, 0.15);
+      EXPECT_EQ(preview.crossings, 0) << step;
+      EXPECT_LE(preview.gained, 0.002 * preview.most) << step;
+    }
   }
 }
 
