@@ -19,7 +19,7 @@ namespace {
 constexpr double room = 0.125;
 
 // Paths longer than this part of the slack are recorded as paths. Shorter ones are recorded at
-// their ends, so that single points can be recorded later.
+// their ends, where the steps that follow begin.
 constexpr double short_path = 0.125;
 
 // Part of the slack by which points move until candidates are selected anew. With less, they are

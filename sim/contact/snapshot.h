@@ -53,9 +53,10 @@ class Snapshot {
   void choose(int body, const BodyPaths& now);
   double displacement_since_choice(int body) const { return bodies_[body].since_choice; }
 
-  // Records the points of the body that have moved farther than `limit` (m), and marks them. If a
-  // path is longer than `short_path` (m), all points of the body are recorded with their paths.
-  // Other points are recorded at the ends of their paths. Precondition: measure(body, now).
+  // Records the points of the body that have moved farther than `limit` (m), and marks them. They
+  // are recorded with their paths if one of the body's paths is longer than `short_path` (m), at
+  // the ends of their paths otherwise. If that is not so for the points recorded before, all points
+  // are recorded. Precondition: measure(body, now).
   void renew(int body, const BodyPaths& now, double limit, double short_path);
   // Marks all points of a body, whose positions place() gives where they are needed. The body
   // counts as not recorded.
