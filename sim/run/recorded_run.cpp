@@ -118,9 +118,16 @@ class Run final : private StepObserver {
     recorder_->check_in_place();
     fill_report();
     report_.bill = bill();
+    // A run that is killed once the file has its end needs a checkpoint to go on from.
+    checkpoint_.write();
+    const bool is_done = report_.status == RunReport::Status::done;
+    if (is_done && !checkpoint_.has_written() && options_.resumed == nullptr) {
+      checkpoint_.keep(checkpoint_of(simulation_.checkpoint()));
+      checkpoint_.write();
+    }
     recorder_->finish({status_name(report_.status), report_.reason, report_.bill});
     // The file must have its end before a checkpoint calls the run complete.
-    if (report_.status == RunReport::Status::done) {
+    if (is_done) {
       RunCheckpoint last = checkpoint_of(simulation_.checkpoint());
       last.is_complete = true;
       checkpoint_.keep(std::move(last));

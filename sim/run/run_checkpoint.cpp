@@ -113,6 +113,7 @@ bool WaitingCheckpoint::is_due(double pause) const {
 void WaitingCheckpoint::write() {
   if (!waiting_) return;
   write_checkpoint(trajectory_, *std::exchange(waiting_, std::nullopt));
+  has_written_ = true;
   last_write_ = std::chrono::steady_clock::now();
 }
 

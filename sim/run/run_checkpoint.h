@@ -63,10 +63,12 @@ class WaitingCheckpoint {
   // Writes the checkpoint that waits, if there is one. Its frames must have been committed. Throws
   // FileError.
   void write();
+  bool has_written() const { return has_written_; }
 
  private:
   std::string trajectory_;
   std::optional<RunCheckpoint> waiting_;
+  bool has_written_ = false;
   std::chrono::steady_clock::time_point last_write_ = std::chrono::steady_clock::now();
 };
 
