@@ -51,8 +51,8 @@ int DisplacementSolver::add_row(const SphereContact& contact) {
   const int place = batches_.add(contact.sphere, contact.other);
   lanes_.resize(static_cast<std::size_t>(batches_.count()) * registers_per_batch,
                 {LaneVec3::Constant(0.0), 0.0, 0.0, 0.0});
-  LaneRows& rows = lanes_[place / materials::lane_count];
-  const int lane = place % materials::lane_count;
+  LaneRows& rows = lanes_[register_of(place)];
+  const int lane = lane_of(place);
   set_lane(rows.normal, lane, contact.normal);
   rows.least.values[lane] = least;
   rows.rest.values[lane] = rest;
@@ -65,10 +65,10 @@ void DisplacementSolver::take_kept() {
   const double scale = kept_share * length_ / kept_length_;
   const auto key_of = [&](std::size_t row) { return rows_[row].key; };
   match_kept(kept_, rows_.size(), key_of, [&](std::size_t row, const KeptMultiplier& kept) {
-    const int place = rows_[row].place, lane = place % materials::lane_count;
-    LaneRows& rows = lanes_[place / materials::lane_count];
+    const int place = rows_[row].place, lane = lane_of(place);
+    LaneRows& rows = lanes_[register_of(place)];
     rows.multiplier.values[lane] = scale * kept.multiplier;
-    const Vec3 change = scale * kept.multiplier * lane_of(rows.normal, lane);
+    const Vec3 change = scale * kept.multiplier * get_lane(rows.normal, lane);
     Sphere &a = spheres_[*batches_.spheres(place)], &b = spheres_[*batches_.others(place)];
     a.mean += a.mobility * change;
     b.mean -= b.mobility * change;
@@ -79,8 +79,7 @@ void DisplacementSolver::keep() {
   kept_.clear();
   kept_length_ = length_;
   for (const Row& row : rows_) {
-    const double multiplier = lanes_[row.place / materials::lane_count]
-                                  .multiplier.values[row.place % materials::lane_count];
+    const double multiplier = lanes_[register_of(row.place)].multiplier.values[lane_of(row.place)];
     if (multiplier > 0) kept_.push_back({row.key, multiplier});
   }
 }
@@ -100,8 +99,8 @@ unsigned DisplacementSolver::solve(int index) {
   const auto side = [&](const int* spheres) {
     return [this, spheres](int lane) -> Vec3& { return spheres_[spheres[lane]].mean; };
   };
-  const auto first = side(batches_.spheres(index * materials::lane_count));
-  const auto second = side(batches_.others(index * materials::lane_count));
+  const auto first = side(batches_.spheres(first_place(index)));
+  const auto second = side(batches_.others(first_place(index)));
   LaneRows& rows = lanes_[index];
   LaneRecords a = load_records(first), b = load_records(second);
   const Lanes mobility = a.number + b.number;

@@ -20,8 +20,6 @@ constexpr double touching_share = 0.25;
 constexpr int most_velocity_sweeps = 25;
 constexpr double small_change_share = 0.1;
 
-int lane_of(int place) { return place % materials::lane_count; }
-
 // Returns the first time (s) in [0, length] at which gap + speed t + acceleration t^2 / 2 is zero
 // or less, or a negative number if there is none.
 double closing_time(double gap, double speed, double acceleration, double length) {
@@ -141,15 +139,15 @@ void ImpulseSolver::keep(std::span<const SphereContact> contacts, double length)
   for (const Row& row : rows_) {
     const double impulse = lanes_of(row).impulse.values[lane_of(row.place)];
     if (row.is_impact || impulse == 0) continue;
-    const Vec3 tangential = sim::lane_of(lanes_of(row).tangential, lane_of(row.place));
+    const Vec3 tangential = get_lane(lanes_of(row).tangential, lane_of(row.place));
     kept_.push_back(
         {contacts[row.contact].key(), impulse, {tangential[0], tangential[1], tangential[2]}});
   }
 }
 
 [[gnu::always_inline]] inline ImpulseSolver::Sides ImpulseSolver::load(int index) const {
-  const int* const first = batches_.spheres(index * materials::lane_count);
-  const int* const second = batches_.others(index * materials::lane_count);
+  const int* const first = batches_.spheres(first_place(index));
+  const int* const second = batches_.others(first_place(index));
   return {load_records([&](int lane) -> const Vec3& { return motion_[first[lane]].velocity; }),
           load_records([&](int lane) -> const Vec3& { return motion_[first[lane]].turning; }),
           load_records([&](int lane) -> const Vec3& { return motion_[second[lane]].velocity; }),
@@ -167,8 +165,8 @@ void ImpulseSolver::keep(std::span<const SphereContact> contacts, double length)
   sides.turning.vector -= sides.turning.number * turn;
   sides.other_velocity.vector -= sides.other_velocity.number * impulse;
   sides.other_turning.vector -= sides.other_turning.number * turn;
-  const int* const first = batches_.spheres(index * materials::lane_count);
-  const int* const second = batches_.others(index * materials::lane_count);
+  const int* const first = batches_.spheres(first_place(index));
+  const int* const second = batches_.others(first_place(index));
   store_records(sides.velocity, [&](int lane) -> Vec3& { return motion_[first[lane]].velocity; });
   store_records(sides.turning, [&](int lane) -> Vec3& { return motion_[first[lane]].turning; });
   store_records(sides.other_velocity,
@@ -231,8 +229,8 @@ void ImpulseSolver::find_displacements(const ImpulseStep& step, std::span<const 
     const LaneRows& rows = lanes_of(row);
     const int lane = lane_of(row.place), sphere = *batches_.spheres(row.place),
               other = *batches_.others(row.place);
-    const Vec3 impulse = rows.impulse.values[lane] * sim::lane_of(rows.normal, lane) +
-                         sim::lane_of(rows.tangential, lane);
+    const Vec3 impulse =
+        rows.impulse.values[lane] * get_lane(rows.normal, lane) + get_lane(rows.tangential, lane);
     const double share = 0.5 - row.impact_time / step.length;
     mean[sphere] += share * inverse_mass_[sphere] * impulse;
     if (other != batches_.nobody()) mean[other] -= share * inverse_mass_[other] * impulse;

@@ -99,10 +99,8 @@ class ImpulseSolver {
   void take_kept(std::span<const SphereContact> contacts, double length);
   void keep(std::span<const SphereContact> contacts, double length);
   void add_row(const SphereContact& contact, Row& row);
-  LaneRows& lanes_of(const Row& row) { return lanes_[row.place / materials::lane_count]; }
-  const LaneRows& lanes_of(const Row& row) const {
-    return lanes_[row.place / materials::lane_count];
-  }
+  LaneRows& lanes_of(const Row& row) { return lanes_[register_of(row.place)]; }
+  const LaneRows& lanes_of(const Row& row) const { return lanes_[register_of(row.place)]; }
   Sides load(int index) const;
   void apply(Sides& sides, int index, const Lanes& along_normal, const LaneVec3& tangential);
   unsigned solve(int index, double small_change);

@@ -1,12 +1,10 @@
 // Rows of a system of contacts, in batches that vector instructions solve at once.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 namespace weft::sim {
@@ -18,6 +16,7 @@ namespace weft::sim {
 class RowBatches {
  public:
   static constexpr int width = 8;  // rows of a batch
+
   // Removes all rows, and begins with a number of spheres.
   void clear(int spheres);
   // Adds a row, which the next sweep solves. `other` is negative if there is no second sphere.

@@ -13,9 +13,13 @@ namespace weft::sim {
 using materials::Lanes;
 using LaneVec3 = Eigen::Matrix<Lanes, 3, 1>;
 
-// A batch of rows (row_batches.h) fills this number of registers. The rows of the register `index`
-// begin at the place index * lane_count.
+// A batch of rows (row_batches.h) fills this number of registers.
 inline constexpr int registers_per_batch = RowBatches::width / materials::lane_count;
+
+// Return the register and the lane of the row at a place, and the place of a register's first row.
+inline int register_of(int place) { return place / materials::lane_count; }
+inline int lane_of(int place) { return place % materials::lane_count; }
+inline int first_place(int index) { return index * materials::lane_count; }
 
 // Calls `solve` with the index of each register of a batch. It returns one bit per lane. Returns
 // these bits for all rows of the batch.
@@ -52,7 +56,7 @@ template <class VectorOf>
 inline void set_lane(LaneVec3& vectors, int lane, const Vec3& vector) {
   for (int k = 0; k < 3; ++k) vectors[k].values[lane] = vector[k];
 }
-inline Vec3 lane_of(const LaneVec3& vectors, int lane) {
+inline Vec3 get_lane(const LaneVec3& vectors, int lane) {
   return {vectors[0].values[lane], vectors[1].values[lane], vectors[2].values[lane]};
 }
 

@@ -282,6 +282,23 @@ TEST_F(CommandResume, SurvivesDamagedTrajectories) {
   }
 }
 
+// A run that ends within a quarter of a second writes its first checkpoint at its end. If it is
+// stopped there, here by a name that is taken, the trajectory must not call itself complete.
+TEST_F(CommandResume, GoesOnWhereTheFirstCheckpointFailed) {
+  write("test.toml", contact_case);
+  for (const std::string interval : {"0.02", "1"}) {
+    const std::string whole = "whole" + interval, out = "out" + interval;
+    Arguments more{"--set", "time.duration=0.05", "--set", "output.checkpoint_every=" + interval};
+    run(whole, exit_code::done, more);
+    std::filesystem::create_directories(path(out + "/test.checkpoint.tmp"));
+    EXPECT_EQ(weft(run_arguments(out, more)).code, exit_code::input_output);
+    std::filesystem::remove(path(out + "/test.checkpoint.tmp"));
+    more.emplace_back("--resume");
+    EXPECT_EQ(weft(run_arguments(out, more)).code, exit_code::done) << interval;
+    EXPECT_EQ(differing(whole, out), std::vector<std::string>{}) << interval;
+  }
+}
+
 TEST_F(CommandResume, ForceBeginsAnewWithoutTheOldCheckpoint) {
   write("test.toml", contact_case);
   run("out", exit_code::done, {"--set", "time.duration=0.05"});
