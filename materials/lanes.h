@@ -186,12 +186,8 @@ template <class Address>
   exchange<2>(rows, lanes);
   for (int i = 0; i < lane_count; ++i) {
     FourNumbers* const to = reinterpret_cast<FourNumbers*>(at(i));  // NOLINT(modernize-use-auto)
-    if constexpr (lane_count == 4)
-      *to = rows[i];
-    else if (i < 4)
-      *to = __builtin_shufflevector(rows[i], rows[i], 0, 1, 2, 3);
-    else
-      *to = __builtin_shufflevector(rows[i - 4], rows[i - 4], 4, 5, 6, 7);
+    *to = i < 4 ? __builtin_shufflevector(rows[i], rows[i], 0, 1, 2, 3)
+                : __builtin_shufflevector(rows[i - 4], rows[i - 4], 4, 5, 6, 7);
   }
 }
 

@@ -267,16 +267,15 @@ class Bulging : public Searched {
 
 TEST(ContactOracle, ListsAreCompleteWherePartsOfABodyMove) {
   Bulging bulging(reach + 0.8 * slack);
-  std::size_t in_reach = bulging.update(bulging.state(0, slack));
+  const auto state = [&](int k) { return bulging.state(k, slack); };
+  std::size_t in_reach = bulging.update(state(0));
   bulging.note_first();
-  for (int k = 1; k < 80; ++k) in_reach += bulging.update(bulging.state(k, slack));
+  for (int k = 1; k < 80; ++k) in_reach += bulging.update(state(k));
   bulging.expect_little_work();
   // Short paths, and long ones, for which the whole body is recorded.
-  for (int k = 1; k < 80; ++k) {
-    const Positions start = bulging.state(k, slack),
-                    end = bulging.state(k % 8 == 0 ? k + 3 : k, slack);
-    in_reach += bulging.update_path(start, shifted(end, 0.001, 11 + k));
-  }
+  for (int k = 1; k < 80; ++k)
+    in_reach +=
+        bulging.update_path(state(k), shifted(state(k % 8 == 0 ? k + 3 : k), 0.001, 11 + k));
   EXPECT_GT(in_reach, 100U);
 }
 
