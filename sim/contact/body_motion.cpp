@@ -233,8 +233,9 @@ void BodyMotion::renew_placed(int b, double limit, double short_path) {
   if (body.with_mean) find_means(b);
 }
 
-void BodyMotion::renew_own(int body, double limit, double short_path) {
-  own_.renew(body, own_paths(body), limit, short_path);
+void BodyMotion::renew_own(int body, double limit, double short_path,
+                           std::span<const char> others) {
+  own_.renew(body, own_paths(body), limit, short_path, others);
 }
 
 void BodyMotion::forget_renewed() {

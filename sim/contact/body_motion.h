@@ -48,6 +48,8 @@ class BodyMotion {
   const Box& box(int body) const { return bodies_[body].box; }
   double stray(int body) const { return bodies_[body].stray; }
 
+  BodyPaths present(int body) const { return placed_paths(body); }
+
   // Find the displacements of a body's points since its records. `with_mean` also finds the mean
   // displacement.
   void measure_placed(int body, bool with_mean);
@@ -72,7 +74,9 @@ class BodyMotion {
   // Record the points of a body that have moved farther than `limit`, and paths longer than
   // `short_path` (m), as Snapshot::renew() does. A rigid obstacle is recorded as a whole.
   void renew_placed(int body, double limit, double short_path);
-  void renew_own(int body, double limit, double short_path);
+  // renew_own() also records those of its points, and points of other bodies, that have a mark in
+  // `others`.
+  void renew_own(int body, double limit, double short_path, std::span<const char> others);
   const Snapshot& placed() const { return placed_; }
   const Snapshot& own() const { return own_; }
   void forget_renewed();

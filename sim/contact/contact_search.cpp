@@ -26,6 +26,11 @@ constexpr double short_path = 0.125;
 // selected more often; with more, there are more of them.
 constexpr double part_for_candidates = 0.125;
 
+// Room, as a part of the slack, that adjacent quads need for lists to leave them out. With less,
+// quads that fold have their pairs found again and again. Larger rooms are measured up to the
+// second number. They last longer, but their pairs take longer to measure.
+constexpr double least_room_for_folds = 0.25, largest_room_for_folds = 3;
+
 // Returns the default slack: a sixth of the mean length of the edges of dynamic bodies at rest, m.
 // Without edges, it is a sixth of the smallest radius of particles.
 double default_slack(const Scene& scene) {
@@ -138,6 +143,8 @@ ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenS
       candidate_slack_(part_for_candidates * slack_),
       motion_(scene),
       neighbourhoods_(scene.bodies.size()),
+      folds_(scene.bodies.size()),
+      folded_(scene.dynamic_points, 0),
       placed_(scene.bodies.size(), 0),
       renewals_(scene.bodies.size()),
       placed_pyramid_(scene.bodies.size(), 0),
@@ -156,6 +163,11 @@ void ContactSearch::find_neighbourhoods(int b) {
   auto found = std::make_unique<const bsi::Neighbourhoods>(
       body.surface_mesh(), body.surface_rest(), neighbour_radius(body, range_), scene_.threads);
   if (!found->are_rings()) neighbourhoods_[b] = std::move(found);
+  folds_[b] = std::make_unique<bsi::FoldWatch>(
+      body.surface_atlas(), body.surface_mesh(), neighbourhoods_[b].get(),
+      bsi::FoldWatch::Reach{.vertices = body.thickness + range_,
+                            .edges = body.thickness + short_range * range_},
+      largest_room_for_folds * slack_);
 }
 
 std::optional<int> ContactSearch::update(const PlacedPoints& now) { return follow({now, now}, {}); }
@@ -314,7 +326,9 @@ bool ContactSearch::find_expired() {
   for (std::size_t l = 0; l < lists_.size(); ++l) {
     CandidateList& list = lists_[l];
     ListState& state = states_[l];
-    if (!state.near || (!state.whole && drift(list) <= list_slack(l))) continue;
+    if (!state.near) continue;
+    const bool has_folds = list.is_self() && find_folds(list);
+    if (!has_folds && !state.whole && drift(list) <= list_slack(l)) continue;
     if (!state.whole && are_apart(list, reach(l))) {
       clear(l);
       continue;
@@ -330,6 +344,19 @@ bool ContactSearch::find_expired() {
     any = true;
   }
   return any;
+}
+
+// Marks the points of adjacent quads that may have come within reach of each other, so that their
+// pairs are found. Returns true if there are any.
+bool ContactSearch::find_folds(const CandidateList& list) {
+  bsi::FoldWatch* const folds = folds_[list.body_a].get();
+  if (folds == nullptr) return false;
+  PhaseTimer timer(statistics_.phases.narrow_phase);
+  const SceneBody& body = scene_.bodies[list.body_a];
+  const BodyPaths paths = motion_.present(list.body_a);
+  return folds->follow({paths.start, paths.end}, stray(list),
+                       std::span(folded_).subspan(body.first_point, body.point_count()),
+                       scene_.threads);
 }
 
 // Asks for new records of the points that have used up a fifth of their share of the slack. With a
@@ -356,7 +383,7 @@ void ContactSearch::renew() {
       placed_pyramid_[b] = 0;
     }
     if (std::isfinite(renewal.own_limit)) {
-      motion_.renew_own(b, renewal.own_limit, short_path * slack_);
+      motion_.renew_own(b, renewal.own_limit, short_path * slack_, folded_);
       own_pyramid_[b] = 0;
     }
   }
@@ -563,18 +590,26 @@ void ContactSearch::build_lists() {
     const Snapshot& snapshot = list.is_self() ? motion_.own() : motion_.placed();
     const bool has_paths = snapshot.has_paths(list.body_a) || snapshot.has_paths(list.body_b);
     const PathEnds ends{has_paths ? snapshot.start() : snapshot.end(), snapshot.end()};
+    bsi::FoldWatch* const folds = list.is_self() ? folds_[list.body_a].get() : nullptr;
+    if (folds != nullptr) {
+      const BodyPaths paths = motion_.present(list.body_a);
+      folds->close({paths.start, paths.end}, stray(list), least_room_for_folds * slack_,
+                   scene_.threads);
+    }
     const double others = list.thickness + list_slack(l);
     const ListReach reaches{
         .first_vertices = others + range_,
         .second_vertices = others + range_of_vertices(list, list.body_b),
         .edges = others + range_of_edges(list),
         .neighbours = list_slack(l),
-        .neighbourhoods = list.is_self() ? neighbourhoods(list.body_a) : nullptr};
+        .neighbourhoods = list.is_self() ? neighbourhoods(list.body_a) : nullptr,
+        .folds = folds};
     const auto renewed = states_[l].whole ? std::span<const char>() : snapshot.renewed();
     collect_features(scene_, list, {ends, quad_pairs_[i], reaches, renewed}, states_[l].pairs,
                      statistics_.counters);
     states_[l].whole = false;
   }
+  std::ranges::fill(folded_, 0);
 }
 
 }  // namespace weft::sim

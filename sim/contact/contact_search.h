@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "bsi/detail/fold_watch.h"
 #include "bsi/detail/neighbourhoods.h"
 #include "bsi/pyramid.h"
 #include "sim/base/statistics.h"
@@ -125,6 +126,9 @@ double neighbour_radius(const SceneBody& body, double range);
 // Obstacles that move as rigid bodies may be given by their poses, from which their positions and
 // displacements are bounded. Their vertices are placed only where positions are needed.
 //
+// Adjacent quads of one body are watched instead of listed while none of their features is within
+// reach of another (bsi/detail/fold_watch.h).
+//
 // The lists leave out pairs of features with a common vertex. They also leave out pairs whose
 // points all follow prescribed paths, because no force could separate these features.
 class ContactSearch {
@@ -199,6 +203,7 @@ class ContactSearch {
   void find_near_lists();
   void measure();
   bool find_expired();
+  bool find_folds(const CandidateList& list);
   void ask_for_renewal(const CandidateList& list);
   void renew();
   void clear(std::size_t list);
@@ -230,6 +235,10 @@ class ContactSearch {
   // By body: neighbourhoods at rest of its points; null if they are rings or the body is not
   // searched for contact with itself.
   std::vector<std::unique_ptr<const bsi::Neighbourhoods>> neighbourhoods_;
+  // By body: says which adjacent quads are out of reach of each other. Lists leave out their pairs.
+  // Null if the body is not searched for contact with itself.
+  std::vector<std::unique_ptr<bsi::FoldWatch>> folds_;
+  std::vector<char> folded_;  // by point: nonzero if it belongs to quads that are so no longer
   BodyTree tree_;             // tree of the results of enlarged_box()
   std::vector<char> placed_;  // by body: nonzero if this update gives it a new box
   std::vector<CandidateList> lists_;

@@ -126,6 +126,11 @@ class BoxedFeatures : public SurfaceFeatures {
     const auto& [a, b, c] = mesh().triangles[t];
     return united(united(boxes_[a], boxes_[b]), boxes_[c]);
   }
+  // Returns the boxes of the quad's corners.
+  std::array<const PathBox*, 4> quad_corners(int quad) const {
+    const auto& [a, b, c] = mesh().triangles[2 * quad];
+    return {&boxes_[a], &boxes_[b], &boxes_[c], &boxes_[mesh().triangles[2 * quad + 1][1]]};
+  }
   PathBox quad_box(int quad) const {
     return united(triangle_box(2 * quad), boxes_[mesh().triangles[2 * quad + 1][1]]);
   }
@@ -148,11 +153,12 @@ class Gatherer {
       batch.features.clear();
     }
     for (const bsi::LeafPair& pair : pairs) {
-      if (!renewed_.has_quad_of(pair) || are_distant_neighbours(pair)) continue;
+      if (!renewed_.has_quad_of(pair)) continue;
       if (a_.are_spheres() || b_.are_spheres()) {
         add_spheres(pair);
         continue;
       }
+      if (is_watched(pair) || is_out_of_reach(pair) || are_distant_neighbours(pair)) continue;
       add_vertices(a_, pair.a, b_, pair.b, reach_.first_vertices, batches_[vertex_triangle]);
       if (!self_ || pair.a != pair.b) {
         add_vertices(b_, pair.b, a_, pair.a, reach_.second_vertices,
@@ -164,6 +170,25 @@ class Gatherer {
   }
 
  private:
+  bool is_watched(const bsi::LeafPair& pair) const {
+    return reach_.folds != nullptr && reach_.folds->covers(pair.a, pair.b);
+  }
+
+  // True if a plane across the line between the quads' centres keeps them out of reach. Boxes of
+  // quads whose sides are not parallel to the axes meet long before the quads do.
+  bool is_out_of_reach(const bsi::LeafPair& pair) const {
+    if (self_ && pair.a == pair.b) return false;
+    const auto a = a_.quad_corners(pair.a), b = b_.quad_corners(pair.b);
+    const auto sum = [](const std::array<const PathBox*, 4>& corners) -> Eigen::Array4d {
+      Eigen::Array4d all = Eigen::Array4d::Zero();
+      for (const PathBox* each : corners) all += each->low + each->high;
+      return all;
+    };
+    const Eigen::Array4d axis = sum(b) - sum(a);
+    const double reach = std::max({reach_.first_vertices, reach_.second_vertices, reach_.edges});
+    return gap_along(axis, a, b) > (1 + 1e-12) * reach * axis.matrix().norm();
+  }
+
   // True if all features of both quads are neighbours and stay out of reach of neighbours. On a
   // finely resolved surface, most pairs of quads in the list are of this kind.
   bool are_distant_neighbours(const bsi::LeafPair& pair) const {

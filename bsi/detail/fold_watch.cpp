@@ -1,0 +1,293 @@
+#include "bsi/detail/fold_watch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace weft::bsi {
+
+namespace {
+
+constexpr int windows_per_look = 32;
+
+// Upper bound of the rounding errors in the motion of a window, as a fraction of the distance of
+// the farthest particle from the origin of Placed: those of eight numbers in float32, and of sums.
+constexpr float rounding_per_metre = 1e-6F;
+
+// The features of a window, by its nine vertices: row by row, the middle is 4.
+struct WindowFeatures {
+  struct Triangle {
+    int quad = 0, number = 0;  // of the window's four quads, and of the quad's two triangles
+    std::array<int, 3> corner{};
+  };
+  struct Edge {
+    int triangle = 0, number = 0;  // number of the opposite corner
+    std::array<int, 2> vertex{};
+  };
+  struct Pair {
+    std::array<int, 4> vertex{};
+    int first = 0, second = 0;  // a vertex and a triangle, or two edges
+  };
+  std::vector<Triangle> triangles;
+  std::vector<Edge> edges;
+  std::array<std::vector<Pair>, 2> pairs;  // by FeatureKind, without common vertices
+
+  WindowFeatures() {
+    for (int quad = 0; quad < 4; ++quad) {
+      const int corner = quad / 2 * 3 + quad % 2;
+      const auto both = quad_triangles({corner, corner + 1, corner + 3, corner + 4});
+      for (int number = 0; number < 2; ++number) {
+        triangles.push_back({quad, number, both[number]});
+        add_edges();
+      }
+    }
+    pair_up();
+  }
+
+ private:
+  void add_edges() {
+    const auto& corner = triangles.back().corner;
+    for (int e = 0; e < 3; ++e) {
+      const auto [low, high] = std::minmax(corner[(e + 1) % 3], corner[(e + 2) % 3]);
+      const std::array<int, 2> vertex{low, high};
+      if (std::ranges::none_of(edges, [&](const Edge& edge) { return edge.vertex == vertex; }))
+        edges.push_back({static_cast<int>(triangles.size()) - 1, e, vertex});
+    }
+  }
+
+  void pair_up() {
+    for (int v = 0; v < 9; ++v) {
+      for (int t = 0; t < static_cast<int>(triangles.size()); ++t) {
+        const auto& [a, b, c] = triangles[t].corner;
+        if (v != a && v != b && v != c) pairs[0].push_back({{v, a, b, c}, v, t});
+      }
+    }
+    for (int e = 0; e < static_cast<int>(edges.size()); ++e) {
+      for (int f = e + 1; f < static_cast<int>(edges.size()); ++f) {
+        const auto [a, b] = edges[e].vertex;
+        const auto [c, d] = edges[f].vertex;
+        if (a != c && a != d && b != c && b != d) pairs[1].push_back({{a, b, c, d}, e, f});
+      }
+    }
+  }
+};
+
+const WindowFeatures& window_features() {
+  static const WindowFeatures features;
+  return features;
+}
+
+}  // namespace
+
+FoldWatch::FoldWatch(const Atlas& atlas, const Mesh& mesh, const Neighbourhoods* neighbourhoods,
+                     const Reach& reach, double largest_room)
+    : mesh_(mesh),
+      neighbourhoods_(neighbourhoods),
+      reach_(reach),
+      largest_room_(largest_room),
+      windows_(atlas.quad_count(), {-1, -1, -1, -1}) {
+  for (int p = 0; p < static_cast<int>(atlas.patches().size()); ++p) add_patch(atlas, p);
+  const std::size_t count = grid_of_window_.size();
+  start_ = end_ = Components(particle_.size());
+  recorded_.fill(Components(count));
+  room_.assign(count, std::numeric_limits<float>::infinity());  // none has been looked at
+  moved_.assign(count, 0);
+  is_closed_.assign(count, 0);
+}
+
+void FoldWatch::add_patch(const Atlas& atlas, int p) {
+  const Patch& patch = atlas.patches()[p];
+  Grid grid;
+  grid.rows = patch.rows + (patch.wrap_v ? 2 : 0);
+  grid.cols = patch.cols + (patch.wrap_u ? 2 : 0);
+  grid.first_texel = static_cast<int>(particle_.size());
+  grid.first_window = static_cast<int>(grid_of_window_.size());
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int col = 0; col < grid.cols; ++col) {
+      const int r = row % patch.rows, c = col % patch.cols;
+      particle_.push_back(atlas.particle(p, r, c));
+      quad_.push_back(atlas.first_quad(p) + r * patch.quad_cols() + c);
+    }
+  }
+  for (int row = 0; row < grid.window_rows(); ++row) {
+    for (int col = 0; col < grid.window_cols(); ++col) {
+      const int window = static_cast<int>(grid_of_window_.size());
+      const int texel = grid.first_texel + row * grid.cols + col;
+      // The middle of the window is the last corner of its first quad, and so on.
+      for (int k = 0; k < 4; ++k)
+        windows_[quad_[texel + k / 2 * grid.cols + k % 2]][3 - k] = window;
+      grid_of_window_.push_back(static_cast<int>(grids_.size()));
+    }
+  }
+  grids_.push_back(grid);
+}
+
+int FoldWatch::middle_of(int window) const {
+  const Grid& grid = grid_of(window);
+  const int local = window - grid.first_window;
+  return grid.first_texel + (local / grid.window_cols() + 1) * grid.cols +
+         local % grid.window_cols() + 1;
+}
+
+// Sets `at` to the positions relative to the first texel, which loses less to rounding than
+// positions do. Returns the bound of rounding errors.
+float FoldWatch::place(std::span<const Vec3> x, Components& at, int threads) const {
+  const Vec3 origin = x[particle_.front()];
+  const int count = static_cast<int>(particle_.size());
+  float largest = 0;
+#pragma omp parallel for num_threads(threads) schedule(static) \
+    reduction(max                                              \
+              : largest) if (threads > 1)
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3f p = (x[particle_[i]] - origin).cast<float>();
+    at.x[i] = p.x();
+    at.y[i] = p.y();
+    at.z[i] = p.z();
+    largest = std::max(largest, p.cwiseAbs().maxCoeff());
+  }
+  return rounding_per_metre * largest;
+}
+
+// Finds the motion of windows of one row since their last look.
+void FoldWatch::measure(int first, int count, bool is_path) {
+  const std::span<float> moved = std::span(moved_).subspan(first, count);
+  std::ranges::fill(moved, 0.0F);
+  add_motion(first, count, end_);
+  if (is_path) add_motion(first, count, start_);
+  for (float& each : moved) each = std::sqrt(each);
+}
+
+// Raises `moved_` to the squares of the motion to the positions `at`.
+void FoldWatch::add_motion(int first, int count, const Components& at) {
+  float* const moved = moved_.data() + first;
+  const int middle = middle_of(first);
+  for (int k = 0; k < ring_size; ++k) {
+    const Components& recorded = recorded_[k];
+    const int texel = texel_of(first, k < 4 ? k : k + 1);
+    for (int w = 0; w < count; ++w) {
+      const float dx = at.x[texel + w] - at.x[middle + w] - recorded.x[first + w];
+      const float dy = at.y[texel + w] - at.y[middle + w] - recorded.y[first + w];
+      const float dz = at.z[texel + w] - at.z[middle + w] - recorded.z[first + w];
+      moved[w] = std::max(moved[w], dx * dx + dy * dy + dz * dz);
+    }
+  }
+}
+
+void FoldWatch::record(int window) {
+  const int middle = middle_of(window);
+  for (int k = 0; k < ring_size; ++k) {
+    const int texel = texel_of(window, k < 4 ? k : k + 1);
+    recorded_[k].x[window] = end_.x[texel] - end_.x[middle];
+    recorded_[k].y[window] = end_.y[texel] - end_.y[middle];
+    recorded_[k].z[window] = end_.z[texel] - end_.z[middle];
+  }
+}
+
+// Returns the reach (m) of a pair of a window's features.
+double FoldWatch::reach_of_pair(int window, FeatureKind kind, int pair) const {
+  const bool edges = kind == FeatureKind::edge_edge;
+  const double reach = edges ? reach_.edges : reach_.vertices;
+  if (neighbourhoods_ == nullptr) return reach;
+  const WindowFeatures& features = window_features();
+  const auto& [vertex, first, second] = features.pairs[edges ? 1 : 0][pair];
+  const auto triangle_of = [&](int t) {
+    const auto& triangle = features.triangles[t];
+    const int texel = texel_of(window, triangle.quad / 2 * 3 + triangle.quad % 2);
+    return 2 * quad_[texel] + triangle.number;
+  };
+  const auto edge_of = [&](int e) -> const Edge& {
+    const auto& edge = features.edges[e];
+    return mesh_.edges[mesh_.triangle_edges[triangle_of(edge.triangle)][edge.number]];
+  };
+  const bool near =
+      edges ? neighbourhoods_->are_neighbours(edge_of(first), edge_of(second))
+            : neighbourhoods_->contains(particle_[texel_of(window, first)], triangle_of(second));
+  return near ? 0 : reach;
+}
+
+// Sets the rooms of windows at the positions x of all particles.
+void FoldWatch::find_rooms(std::span<const int> windows, std::span<const Vec3> x) {
+  for (const int w : windows) room_[w] = static_cast<float>(largest_room_);
+  std::vector<FourParticles> pairs;
+  std::vector<PairInReach> found;
+  for (const FeatureKind kind : {FeatureKind::vertex_triangle, FeatureKind::edge_edge}) {
+    const bool edges = kind == FeatureKind::edge_edge;
+    const auto& of_window = window_features().pairs[edges ? 1 : 0];
+    const int count = static_cast<int>(of_window.size());
+    pairs.clear();
+    found.clear();
+    for (const int w : windows) {
+      std::array<int, 9> particle{};
+      for (int v = 0; v < 9; ++v) particle[v] = particle_[texel_of(w, v)];
+      for (const auto& [v, first, second] : of_window)
+        pairs.push_back({particle[v[0]], particle[v[1]], particle[v[2]], particle[v[3]]});
+    }
+    const double reach = edges ? reach_.edges : reach_.vertices;
+    find_in_reach(kind, x, {}, pairs, reach + largest_room_, found);
+    for (const PairInReach& each : found) {
+      const int w = windows[each.pair / count];
+      if (!(each.distance - reach < static_cast<double>(room_[w]))) continue;
+      const double room = each.distance - reach_of_pair(w, kind, each.pair % count);
+      room_[w] = std::min(room_[w], std::nextafter(static_cast<float>(room), -INFINITY));
+    }
+  }
+}
+
+// Looks at windows at the ends of the paths.
+void FoldWatch::look_at(std::span<const int> windows, const Paths& paths, int threads) {
+  const int count = static_cast<int>(windows.size());
+#pragma omp parallel for num_threads(threads) schedule(dynamic) if (threads > 1)
+  for (int first = 0; first < count; first += windows_per_look) {
+    const auto part = windows.subspan(first, std::min(windows_per_look, count - first));
+    find_rooms(part, paths.end);
+    for (const int w : part) {
+      room_[w] -= rounding_;
+      record(w);
+      measure(w, 1, paths.is_path());
+    }
+  }
+}
+
+bool FoldWatch::follow(const Paths& paths, double stray, std::span<char> marks, int threads) {
+  if (window_count() == 0) return false;
+  rounding_ = place(paths.end, end_, threads);
+  if (paths.is_path()) rounding_ = std::max(rounding_, place(paths.start, start_, threads));
+  for (const Grid& grid : grids_) {
+#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
+    for (int row = 0; row < grid.window_rows(); ++row)
+      measure(grid.first_window + row * grid.window_cols(), grid.window_cols(), paths.is_path());
+  }
+  std::vector<int> used_up;
+  for (int w = 0; w < window_count(); ++w)
+    if (is_closed_[w] != 0 && !has_room(w, stray)) used_up.push_back(w);
+  look_at(used_up, paths, threads);
+  std::erase_if(used_up, [&](int w) { return has_room(w, stray); });
+  for (const int w : used_up) {
+    is_closed_[w] = 0;
+    for (int v = 0; v < 9; ++v) marks[particle_[texel_of(w, v)]] = 1;
+  }
+  return !used_up.empty();
+}
+
+void FoldWatch::close(const Paths& paths, double stray, double room, int threads) {
+  std::vector<int> open;
+  for (int w = 0; w < window_count(); ++w) {
+    if (is_closed_[w] != 0) continue;
+    const double most = static_cast<double>(room_[w]) + 2 * static_cast<double>(moved_[w]);
+    if (most >= stray + room) open.push_back(w);
+  }
+  look_at(open, paths, threads);
+  for (const int w : open) is_closed_[w] = has_room(w, stray + room) ? 1 : 0;
+}
+
+bool FoldWatch::covers(int quad, int other) const {
+  for (const int w : windows_[quad]) {
+    if (w < 0 || is_closed_[w] == 0) continue;
+    if (std::ranges::find(windows_[other], w) != windows_[other].end()) return true;
+  }
+  return false;
+}
+
+int FoldWatch::closed_count() const { return static_cast<int>(std::ranges::count(is_closed_, 1)); }
+
+}  // namespace weft::bsi
