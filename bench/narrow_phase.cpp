@@ -128,7 +128,7 @@ bool compare_features(FeatureKind kind, const CollisionScene& swept,
   };
   const auto batch_reach = [&] {
     std::vector<bsi::PairInReach> found;
-    bsi::find_in_reach(kind, body.start, {}, pairs, swept.margin, found);
+    bsi::find_in_reach(kind, body.start, pairs, swept.margin, found);
     return static_cast<long>(found.size());
   };
   const auto is_safe = [&](const FourParticles& pair) {

@@ -14,11 +14,10 @@ namespace {
 
 constexpr std::size_t pairs_per_chunk = 512;
 
-FeatureBatch batch_of(std::span<const Vec3> positions, std::span<const double> path_lengths,
-                      std::span<const FourParticles> pairs) {
+FeatureBatch batch_of(std::span<const Vec3> positions, std::span<const FourParticles> pairs) {
   static_assert(sizeof(FourParticles) == sizeof(int[4]));
-  return {positions.data()->data(), path_lengths.empty() ? nullptr : path_lengths.data(),
-          reinterpret_cast<const int(*)[4]>(pairs.data()), static_cast<int>(pairs.size())};
+  return {positions.data()->data(), reinterpret_cast<const int(*)[4]>(pairs.data()),
+          static_cast<int>(pairs.size())};
 }
 
 FourPoints points_of(std::span<const Vec3> x, const FourParticles& particles) {
@@ -33,18 +32,15 @@ void for_chunks(std::span<const FourParticles> pairs, const Body& body) {
     body(first, pairs.subspan(first, std::min(pairs_per_chunk, pairs.size() - first)));
 }
 
-// The squared distances (m^2) of a chunk of pairs, and twice the longest path length (m) of each
-// pair.
+// The squared distances (m^2) of a chunk of pairs.
 struct Measured {
   std::array<double, pairs_per_chunk> squared_distance;
-  std::array<double, pairs_per_chunk> path;
 
   void measure(FeatureKind kind, std::span<const Vec3> positions,
-               std::span<const double> path_lengths, std::span<const FourParticles> pairs) {
+               std::span<const FourParticles> pairs) {
     std::array<bool, pairs_per_chunk> certain;
-    feature_kernels().measure[static_cast<int>(kind)](batch_of(positions, path_lengths, pairs),
-                                                      squared_distance.data(), certain.data(),
-                                                      path.data());
+    feature_kernels().measure[static_cast<int>(kind)](batch_of(positions, pairs),
+                                                      squared_distance.data(), certain.data());
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       if (certain[k]) continue;
       const auto [x0, x1, x2, x3] = points_of(positions, pairs[k]);
@@ -59,8 +55,8 @@ struct Measured {
 }  // namespace
 
 void find_in_reach(FeatureKind kind, std::span<const Vec3> positions,
-                   std::span<const double> path_lengths, std::span<const FourParticles> pairs,
-                   double reach, std::vector<PairInReach>& in_reach) {
+                   std::span<const FourParticles> pairs, double reach,
+                   std::vector<PairInReach>& in_reach) {
   assert(reach >= 0);
   const float reach_above = std::nextafter(static_cast<float>(reach), INFINITY);
   std::array<bool, pairs_per_chunk> apart;
@@ -68,8 +64,8 @@ void find_in_reach(FeatureKind kind, std::span<const Vec3> positions,
   std::vector<int> place;
   Measured measured;
   for_chunks(pairs, [&](std::size_t first, std::span<const FourParticles> part) {
-    feature_kernels().find_apart[static_cast<int>(kind)](batch_of(positions, path_lengths, part),
-                                                         reach_above, apart.data());
+    feature_kernels().find_apart[static_cast<int>(kind)](batch_of(positions, part), reach_above,
+                                                         apart.data());
     left.clear();
     place.clear();
     for (std::size_t k = 0; k < part.size(); ++k) {
@@ -78,12 +74,25 @@ void find_in_reach(FeatureKind kind, std::span<const Vec3> positions,
       place.push_back(static_cast<int>(first + k));
     }
     if (left.empty()) return;
-    measured.measure(kind, positions, path_lengths, left);
+    measured.measure(kind, positions, left);
     for (std::size_t k = 0; k < left.size(); ++k) {
-      const double path = measured.path[k], limit = reach + path;
-      if (!(measured.squared_distance[k] <= limit * limit)) continue;
-      const double distance = std::sqrt(measured.squared_distance[k]);
-      in_reach.push_back({place[k], std::max(0.0, distance - path)});
+      if (!(measured.squared_distance[k] <= reach * reach)) continue;
+      in_reach.push_back({place[k], std::sqrt(measured.squared_distance[k])});
+    }
+  });
+}
+
+void find_in_reach_on_paths(FeatureKind kind, std::span<const Vec3> start,
+                            std::span<const Vec3> end, std::span<const FourParticles> pairs,
+                            double reach, std::vector<PairInReach>& in_reach) {
+  assert(reach >= 0);
+  std::array<float, pairs_per_chunk> distance;
+  for_chunks(pairs, [&](std::size_t first, std::span<const FourParticles> part) {
+    feature_kernels().bound_paths[static_cast<int>(kind)](batch_of(start, part), end.data()->data(),
+                                                          distance.data());
+    for (std::size_t k = 0; k < part.size(); ++k) {
+      const auto bound = static_cast<double>(distance[k]);
+      if (bound <= reach) in_reach.push_back({static_cast<int>(first + k), bound});
     }
   });
 }
@@ -96,8 +105,8 @@ void find_unproved_paths(FeatureKind kind, std::span<const Vec3> start, std::spa
   const float end_above = std::nextafter(static_cast<float>(end_separation), INFINITY);
   std::array<bool, pairs_per_chunk> safe;
   for_chunks(pairs, [&](std::size_t first, std::span<const FourParticles> part) {
-    feature_kernels().find_safe[static_cast<int>(kind)](
-        batch_of(start, {}, part), end.data()->data(), above, end_above, safe.data());
+    feature_kernels().find_safe[static_cast<int>(kind)](batch_of(start, part), end.data()->data(),
+                                                        above, end_above, safe.data());
     for (std::size_t k = 0; k < part.size(); ++k) {
       if (!safe[k]) unproved.push_back(static_cast<int>(first + k));
     }

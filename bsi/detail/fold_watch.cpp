@@ -223,7 +223,7 @@ void FoldWatch::find_rooms(std::span<const int> windows, std::span<const Vec3> x
         pairs.push_back({particle[v[0]], particle[v[1]], particle[v[2]], particle[v[3]]});
     }
     const double reach = edges ? reach_.edges : reach_.vertices;
-    find_in_reach(kind, x, {}, pairs, reach + largest_room_, found);
+    find_in_reach(kind, x, pairs, reach + largest_room_, found);
     for (const PairInReach& each : found) {
       const int w = windows[each.pair / count];
       if (!(each.distance - reach < static_cast<double>(room_[w]))) continue;

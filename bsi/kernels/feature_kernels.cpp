@@ -11,12 +11,10 @@ namespace {
 
 enum Kind { vertex_triangle, edge_edge };
 
-// The four points of each pair, relative to the first point, and the longest path length (m) of the
-// four.
+// The four points of each pair, relative to the first point.
 template <class V>
 struct Points {
   Lanes3<V> x[4];
-  V longest_path;
 };
 
 template <class Float>
@@ -88,8 +86,8 @@ WEFT_INLINE V squared_size(const Lanes3<V> (&x)[4]) {
   return largest(dot(x[1], x[1]), dot(x[2], x[2]), dot(x[3], x[3]));
 }
 
-// The points of pairs, relative to the first point of each pair. The fourth number of a point is
-// its path length, m.
+// The points of pairs, relative to the first point of each pair. The fourth number of a point has
+// no meaning.
 template <class Float>
 struct Staged {
   static constexpr int chunk = 64;
@@ -99,10 +97,7 @@ struct Staged {
     for (int k = 0; k < count; ++k) {
       const int* particle = batch.particles[first + k];
       const double* origin = positions + 3L * particle[0];
-      for (int i = 0; i < 4; ++i) {
-        store_point(positions + 3L * particle[i], origin, point[i][k]);
-        if (batch.paths != nullptr) point[i][k][3] = static_cast<Float>(batch.paths[particle[i]]);
-      }
+      for (int i = 0; i < 4; ++i) store_point(positions + 3L * particle[i], origin, point[i][k]);
     }
     for (int k = count; k % lane_count<Float> != 0; ++k) {
       for (auto& points : point)
@@ -113,9 +108,7 @@ struct Staged {
   WEFT_INLINE Points<Lanes<Float>> load(int first) const {
     using V = Lanes<Float>;
     Points<V> points;
-    V path[4];
-    for (int i = 0; i < 4; ++i) points.x[i] = load_points(point[i] + first, &path[i]);
-    points.longest_path = larger(larger(path[0], path[1]), larger(path[2], path[3]));
+    for (int i = 0; i < 4; ++i) points.x[i] = load_points(point[i] + first);
     return points;
   }
 };
@@ -141,16 +134,15 @@ void find_apart(const FeatureBatch& batch, float reach, bool* apart) {
       [&](int first, int k, int count) {
         const Points<V> points = staged.load(k);
         const Nearest<V> nearest = nearest_of<kind, float>(points.x);
-        const V limit = reach + 2 * points.longest_path * Bounds<float>::relative;
         const auto result =
-            is_apart<float>(shadow_gap<kind>(points.x, nearest.vector), nearest.squared, limit,
-                            safe_size<float>(squared_size(points.x)));
+            is_apart<float>(shadow_gap<kind>(points.x, nearest.vector), nearest.squared,
+                            V{} + reach, safe_size<float>(squared_size(points.x)));
         for (int lane = 0; lane < count; ++lane) apart[first + k + lane] = result[lane] != 0;
       });
 }
 
 template <Kind kind>
-void measure(const FeatureBatch& batch, double* squared_distance, bool* certain, double* path) {
+void measure(const FeatureBatch& batch, double* squared_distance, bool* certain) {
   using V = Lanes<double>;
   Staged<double> staged;
   for_lanes<double>(
@@ -160,11 +152,9 @@ void measure(const FeatureBatch& batch, double* squared_distance, bool* certain,
         const Nearest<V> nearest = nearest_of<kind, double>(points.x);
         const auto known =
             shadow_gap<kind>(points.x, nearest.vector) >= nearest.squared * (1 - 1e-12);
-        const V twice = 2 * points.longest_path;
         for (int lane = 0; lane < count; ++lane) {
           squared_distance[first + k + lane] = nearest.squared[lane];
           certain[first + k + lane] = known[lane] != 0;
-          path[first + k + lane] = twice[lane];
         }
       });
 }
@@ -196,6 +186,33 @@ void find_safe(const FeatureBatch& batch, const double* end, float separation, f
       });
 }
 
+// Uses the lines of the shortest vectors at both ends. On each of them, the smaller gap of both
+// ends bounds the distance, as above.
+template <Kind kind>
+void bound_paths(const FeatureBatch& batch, const double* end, float* distance) {
+  using V = Lanes<float>;
+  Staged<float> staged, staged_end;
+  for_lanes<float>(
+      batch.count,
+      [&](int first, int count) {
+        staged.fill(batch, batch.positions, first, count);
+        staged_end.fill(batch, end, first, count);
+      },
+      [&](int first, int k, int count) {
+        const Points<V> from = staged.load(k), to = staged_end.load(k);
+        const V size = safe_size<float>(larger(squared_size(from.x), squared_size(to.x)));
+        V bound{};
+        const Nearest<V> shortest[2] = {nearest_of<kind, float>(from.x),
+                                        nearest_of<kind, float>(to.x)};
+        for (const Nearest<V>& nearest : shortest) {
+          const V gap = smaller(shadow_gap<kind>(from.x, nearest.vector),
+                                shadow_gap<kind>(to.x, nearest.vector));
+          bound = larger(bound, distance_above<float>(gap, nearest.squared, size));
+        }
+        for (int lane = 0; lane < count; ++lane) distance[first + k + lane] = bound[lane];
+      });
+}
+
 }  // namespace
 
 extern const FeatureKernels feature_kernels;
@@ -203,6 +220,7 @@ const FeatureKernels feature_kernels{
     {find_apart<vertex_triangle>, find_apart<edge_edge>},
     {measure<vertex_triangle>, measure<edge_edge>},
     {find_safe<vertex_triangle>, find_safe<edge_edge>},
+    {bound_paths<vertex_triangle>, bound_paths<edge_edge>},
 };
 
 }  // namespace weft::bsi::WEFT_KERNELS

@@ -142,11 +142,10 @@ WEFT_INLINE V every_second(V a, V b, LaneIndices<index...>) {
   return __builtin_shufflevector(a, b, (2 * index + first)...);
 }
 
-// Loads one point per lane from points that are stored as four numbers each. Unless `fourth` is
-// null, it receives the fourth numbers.
+// Loads one point per lane from points that are stored as four numbers each. The fourth numbers are
+// ignored.
 template <class Float>
-WEFT_INLINE Lanes3<Lanes<Float>> load_points(const Float (*from)[4],
-                                             Lanes<Float>* fourth = nullptr) {
+WEFT_INLINE Lanes3<Lanes<Float>> load_points(const Float (*from)[4]) {
   using V = Lanes<Float>;
   constexpr LaneIndicesUpTo<lane_count<Float>> all;
   const V* part = reinterpret_cast<const V*>(from);
@@ -154,7 +153,6 @@ WEFT_INLINE Lanes3<Lanes<Float>> load_points(const Float (*from)[4],
   const V xz1 = every_second<0>(part[2], part[3], all);
   const V yw0 = every_second<1>(part[0], part[1], all);
   const V yw1 = every_second<1>(part[2], part[3], all);
-  if (fourth != nullptr) *fourth = every_second<1>(yw0, yw1, all);
   return {every_second<0>(xz0, xz1, all), every_second<0>(yw0, yw1, all),
           every_second<1>(xz0, xz1, all)};
 }

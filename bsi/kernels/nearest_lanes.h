@@ -57,4 +57,15 @@ WEFT_INLINE auto is_apart(Lanes<Float> gap, Lanes<Float> squared, Lanes<Float> r
   return gap > length * (reach + Bounds<Float>::shadow * size) * Bounds<Float>::relative;
 }
 
+// Returns the largest reach for which is_apart() holds, less what rounding may add, or 0 if there
+// is none.
+template <class Float>
+WEFT_INLINE Lanes<Float> distance_above(Lanes<Float> gap, Lanes<Float> squared, Lanes<Float> size) {
+  constexpr Float more = 1 + 8 * Bounds<Float>::u;
+  const auto length = square_root(squared + RoundingOf<Float>::smallest_square);
+  const auto distance =
+      gap / (length * (Bounds<Float>::relative * more)) - Bounds<Float>::shadow * size * more;
+  return distance > 0 ? distance : Lanes<Float>{};
+}
+
 }  // namespace weft::bsi::WEFT_KERNELS

@@ -58,20 +58,6 @@ double reach_of(const ListReach& reach, int list) {
   }
 }
 
-// Returns the length (m) of the straight path of each point of `bodies`, or an empty list if start
-// and end are the same.
-std::vector<double> path_lengths(std::span<const Vec3> start, std::span<const Vec3> end,
-                                 std::initializer_list<const SceneBody*> bodies) {
-  std::vector<double> lengths;
-  if (start.data() == end.data()) return lengths;
-  lengths.resize(end.size());
-  for (const SceneBody* body : bodies) {
-    for (int i = body->first_point; i < body->first_point + body->point_count(); ++i)
-      lengths[i] = (end[i] - start[i]).norm();
-  }
-  return lengths;
-}
-
 // The points, and the quads with such a point, whose pairs are found anew.
 class RenewedParts {
  public:
@@ -114,9 +100,19 @@ class BoxedFeatures : public SurfaceFeatures {
  public:
   BoxedFeatures(const SceneBody& body, const PathEnds& path)
       : SurfaceFeatures(body),
-        boxes_(path_boxes(path.start.subspan(body.first_point, body.point_count()),
-                          path.end.subspan(body.first_point, body.point_count()))) {}
+        start_(path.start.subspan(body.first_point, body.point_count())),
+        end_(path.end.subspan(body.first_point, body.point_count())),
+        boxes_(path_boxes(start_, end_)) {
+    PathBox all = boxes_.front();
+    for (const PathBox& box : boxes_) all = united(all, box);
+    size_ = (all.high - all.low).matrix().norm();
+  }
 
+  // The positions of the body's points at both ends of their paths, m.
+  std::span<const Vec3> start() const { return start_; }
+  std::span<const Vec3> end() const { return end_; }
+  // Returns the diagonal of the box around all paths, m.
+  double size() const { return size_; }
   const PathBox& vertex_box(int v) const { return boxes_[v]; }
   PathBox edge_box(int e) const {
     const auto& [a, b] = mesh().edges[e].vertex;
@@ -126,16 +122,13 @@ class BoxedFeatures : public SurfaceFeatures {
     const auto& [a, b, c] = mesh().triangles[t];
     return united(united(boxes_[a], boxes_[b]), boxes_[c]);
   }
-  // Returns the boxes of the quad's corners.
-  std::array<const PathBox*, 4> quad_corners(int quad) const {
-    const auto& [a, b, c] = mesh().triangles[2 * quad];
-    return {&boxes_[a], &boxes_[b], &boxes_[c], &boxes_[mesh().triangles[2 * quad + 1][1]]};
-  }
   PathBox quad_box(int quad) const {
     return united(triangle_box(2 * quad), boxes_[mesh().triangles[2 * quad + 1][1]]);
   }
 
  private:
+  std::span<const Vec3> start_, end_;
+  double size_ = 0;
   std::vector<PathBox> boxes_;  // by point of the body
 };
 
@@ -145,7 +138,15 @@ class Gatherer {
  public:
   Gatherer(const Scene& scene, const CandidateList& list, const BoxedFeatures& a,
            const BoxedFeatures& b, const ListReach& reach, const RenewedParts& renewed)
-      : scene_(scene), self_(list.is_self()), reach_(reach), renewed_(renewed), a_(a), b_(b) {}
+      : scene_(scene),
+        self_(list.is_self()),
+        reach_(reach),
+        renewed_(renewed),
+        a_(a),
+        b_(b),
+        quad_reach_((1 + 1e-12) *
+                        std::max({reach.first_vertices, reach.second_vertices, reach.edges}) +
+                    1e-14 * (a.size() + b.size())) {}
 
   const Batches& gather(std::span<const bsi::LeafPair> pairs) {
     for (Batch& batch : batches_) {
@@ -175,25 +176,31 @@ class Gatherer {
   }
 
   // True if a plane across the line between the quads' centres keeps them out of reach. Boxes of
-  // quads whose sides are not parallel to the axes meet long before the quads do.
+  // quads whose sides are not parallel to the axes meet long before the quads do, and boxes around
+  // paths before that. On a fixed line the gap of two quads is never below those at both ends.
   bool is_out_of_reach(const bsi::LeafPair& pair) const {
-    if (self_ && pair.a == pair.b) return false;
-    const auto a = a_.quad_corners(pair.a), b = b_.quad_corners(pair.b);
-    const auto sum = [](const std::array<const PathBox*, 4>& corners) -> Eigen::Array4d {
-      Eigen::Array4d all = Eigen::Array4d::Zero();
-      for (const PathBox* each : corners) all += each->low + each->high;
-      return all;
+    const auto a = corners_of(a_, pair.a), b = corners_of(b_, pair.b);
+    Vec3 axis = Vec3::Zero();
+    for (int k = 0; k < 4; ++k) axis += b_.end()[b[k]] - a_.end()[a[k]];
+    const auto gap = [&](std::span<const Vec3> of_a, std::span<const Vec3> of_b) {
+      const Vec3& origin = of_a[a[0]];
+      double start = axis.dot(of_b[b[0]] - origin), end = 0;
+      for (int k = 1; k < 4; ++k) {
+        start = std::min(start, axis.dot(of_b[b[k]] - origin));
+        end = std::max(end, axis.dot(of_a[a[k]] - origin));
+      }
+      return start - end;
     };
-    const Eigen::Array4d axis = sum(b) - sum(a);
-    const double reach = std::max({reach_.first_vertices, reach_.second_vertices, reach_.edges});
-    return gap_along(axis, a, b) > (1 + 1e-12) * reach * axis.matrix().norm();
+    const double needed = quad_reach_ * axis.norm();
+    if (!(gap(a_.end(), b_.end()) > needed)) return false;
+    return a_.start().data() == a_.end().data() || gap(a_.start(), b_.start()) > needed;
   }
 
   // True if all features of both quads are neighbours and stay out of reach of neighbours. On a
   // finely resolved surface, most pairs of quads in the list are of this kind.
   bool are_distant_neighbours(const bsi::LeafPair& pair) const {
     if (reach_.neighbourhoods == nullptr || pair.a == pair.b) return false;
-    const auto one = corners_of(pair.a), other = corners_of(pair.b);
+    const auto one = corners_of(a_, pair.a), other = corners_of(a_, pair.b);
     const auto belong = [&](const std::array<int, 4>& corners, int quad) {
       return std::ranges::all_of(
           corners, [&](int v) { return reach_.neighbourhoods->contains_quad(v, quad); });
@@ -202,9 +209,9 @@ class Gatherer {
            belong(one, pair.b) && belong(other, pair.a);
   }
 
-  std::array<int, 4> corners_of(int quad) const {
-    const auto& first = a_.mesh().triangles[2 * quad];
-    return {first[0], first[1], first[2], a_.mesh().triangles[2 * quad + 1][1]};
+  static std::array<int, 4> corners_of(const SurfaceFeatures& body, int quad) {
+    const auto& first = body.mesh().triangles[2 * quad];
+    return {first[0], first[1], first[2], body.mesh().triangles[2 * quad + 1][1]};
   }
 
   // The factor covers rounding.
@@ -289,6 +296,7 @@ class Gatherer {
   const ListReach& reach_;
   const RenewedParts& renewed_;
   const BoxedFeatures &a_, &b_;
+  double quad_reach_;  // m, largest reach, and more than rounding adds to the gap of two quads
   Batches batches_;
 };
 
@@ -318,11 +326,14 @@ Found take_kept(const RenewedParts& renewed, const SurfaceFeatures& a, const Sur
   return kept;
 }
 
-void keep_in_reach(FeatureKind kind, const Batch& batch, std::span<const Vec3> position,
-                   std::span<const double> paths, double reach,
+void keep_in_reach(FeatureKind kind, const Batch& batch, const PathEnds& path, double reach,
                    std::vector<bsi::PairInReach>& in_reach, std::vector<FeaturePair>& out) {
   in_reach.clear();
-  bsi::find_in_reach(kind, position, paths, batch.points, reach, in_reach);
+  if (path.start.data() == path.end.data()) {
+    bsi::find_in_reach(kind, path.end, batch.points, reach, in_reach);
+  } else {
+    bsi::find_in_reach_on_paths(kind, path.start, path.end, batch.points, reach, in_reach);
+  }
   for (const bsi::PairInReach& found : in_reach) {
     FeaturePair features = batch.features[found.pair];
     const auto distance = static_cast<float>(found.distance);
@@ -361,7 +372,6 @@ void collect_features(const Scene& scene, const CandidateList& list, const Featu
   const SceneBody& a = scene.bodies[list.body_a];
   const SceneBody& b = scene.bodies[list.body_b];
   const RenewedParts parts(query.renewed, a, b);
-  const std::vector<double> paths = path_lengths(path.start, path.end, {&a, &b});
   const int chunks =
       (static_cast<int>(quad_pairs.size()) + quad_pairs_per_chunk - 1) / quad_pairs_per_chunk;
   std::vector<Found> found(chunks + 1);
@@ -381,7 +391,7 @@ void collect_features(const Scene& scene, const CandidateList& list, const Featu
           first, std::min<std::size_t>(quad_pairs_per_chunk, quad_pairs.size() - first)));
       for (int which = 0; which < list_count; ++which) {
         keep_in_reach(has_edges(which) ? FeatureKind::edge_edge : FeatureKind::vertex_triangle,
-                      batches[which], path.end, paths, reach_of(reach, which), in_reach,
+                      batches[which], path, reach_of(reach, which), in_reach,
                       found[c].lists[which]);
         found[c].looked_at += static_cast<std::int64_t>(batches[which].features.size());
       }

@@ -361,8 +361,7 @@ void SurfaceContact::measure_part(const PairGroup& group, std::size_t first, std
                                   std::span<const Vec3> position, std::span<const Vec3> velocity,
                                   Found& found) const {
   std::vector<bsi::PairInReach>& in_reach = found.in_reach;
-  bsi::find_in_reach(group.kind(), position, {},
-                     std::span(group.nodes).subspan(first, last - first),
+  bsi::find_in_reach(group.kind(), position, std::span(group.nodes).subspan(first, last - first),
                      group.thickness + range_of(group), in_reach);
   std::size_t begin = 0;
   while (begin < in_reach.size() && !found.fault) {

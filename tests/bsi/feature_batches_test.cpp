@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <random>
 
 #include "bsi/continuous_collision.h"
@@ -29,11 +31,6 @@ struct Pairs {
   FourPoints points(const std::vector<Vec3>& x, std::size_t pair) const {
     const auto& [a, b, c, d] = particles[pair];
     return {x[a], x[b], x[c], x[d]};
-  }
-  std::vector<double> path_lengths() const {
-    std::vector<double> lengths;
-    for (std::size_t i = 0; i < start.size(); ++i) lengths.push_back((end[i] - start[i]).norm());
-    return lengths;
   }
 };
 
@@ -95,42 +92,87 @@ void with_every_instruction_set(const Check& check) {
   }
 }
 
+// Runs find(found) with every instruction set, checks that the results agree to the bit, and
+// returns them.
+template <class Find>
+std::vector<PairInReach> found_by_all(const Find& find) {
+  std::optional<std::vector<PairInReach>> first;
+  with_every_instruction_set([&] {
+    std::vector<PairInReach> found;
+    find(found);
+    if (!first) first = found;
+    ASSERT_EQ(found.size(), first->size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      ASSERT_EQ(found[i].pair, (*first)[i].pair);
+      ASSERT_EQ(found[i].distance, (*first)[i].distance);
+    }
+  });
+  return *first;
+}
+
+// Returns the distance found for a pair, or nothing if the pair was left out.
+std::optional<double> distance_of(std::span<const PairInReach> found, std::size_t pair) {
+  const auto at = std::ranges::lower_bound(found, static_cast<int>(pair), {}, &PairInReach::pair);
+  if (at == found.end() || at->pair != static_cast<int>(pair)) return std::nullopt;
+  return at->distance;
+}
+
 TEST(FeatureBatches, KeepsWhatIsInReach) {
+  constexpr double reach = 0.4;
   const Pairs pairs = adversarial_pairs(20011, 2);
   for (FeatureKind kind : both_kinds) {
-    for (bool moving : {false, true}) {
-      const std::vector<double> lengths = moving ? pairs.path_lengths() : std::vector<double>();
-      std::vector<PairInReach> first;
-      with_every_instruction_set([&] {
-        constexpr double reach = 0.4;
-        std::vector<PairInReach> found;
-        find_in_reach(kind, pairs.end, lengths, pairs.particles, reach, found);
-        std::size_t next = 0;
-        for (std::size_t k = 0; k < pairs.particles.size(); ++k) {
-          double path = 0;
-          for (int particle : pairs.particles[k])
-            if (moving) path = std::max(path, 2 * lengths[particle]);
-          const FourPoints x = pairs.points(pairs.end, k);
-          const double distance = std::sqrt(squared_distance(kind, x));
-          const bool kept = next < found.size() && found[next].pair == static_cast<int>(k);
-          ASSERT_EQ(kept, distance <= reach + path) << k << " " << distance << " " << path;
-          if (!kept) continue;
-          ASSERT_NEAR(found[next].distance, std::max(0.0, distance - path),
-                      1e-11 * (distance + path) + 1e-14 * size(x))
-              << k;
-          ++next;
-        }
-        EXPECT_EQ(next, found.size());
-        EXPECT_GT(next, pairs.particles.size() / 10);
-        EXPECT_LT(next, pairs.particles.size() * 9 / 10);
-        if (first.empty()) first = found;
-        ASSERT_EQ(found.size(), first.size());
-        for (std::size_t i = 0; i < found.size(); ++i) {
-          ASSERT_EQ(found[i].pair, first[i].pair);
-          ASSERT_EQ(found[i].distance, first[i].distance);
-        }
-      });
+    const auto found = found_by_all([&](std::vector<PairInReach>& in_reach) {
+      find_in_reach(kind, pairs.end, pairs.particles, reach, in_reach);
+    });
+    for (std::size_t k = 0; k < pairs.particles.size(); ++k) {
+      const FourPoints x = pairs.points(pairs.end, k);
+      const double distance = std::sqrt(squared_distance(kind, x));
+      const std::optional<double> kept = distance_of(found, k);
+      ASSERT_EQ(kept.has_value(), distance <= reach) << k << " " << distance;
+      if (kept) {
+        ASSERT_NEAR(*kept, distance, 1e-11 * distance + 1e-14 * size(x)) << k;
+      }
     }
+    EXPECT_GT(found.size(), pairs.particles.size() / 10);
+    EXPECT_LT(found.size(), pairs.particles.size() * 9 / 10);
+  }
+}
+
+// Distances on the way are those of the oracle at 33 times.
+TEST(FeatureBatches, KeepsWhatComesIntoReachOnItsPath) {
+  constexpr double reach = 0.2;
+  const Pairs pairs = adversarial_pairs(20011, 3);
+  for (FeatureKind kind : both_kinds) {
+    const auto found = found_by_all([&](std::vector<PairInReach>& in_reach) {
+      find_in_reach_on_paths(kind, pairs.start, pairs.end, pairs.particles, reach, in_reach);
+    });
+    int in_reach = 0, close = 0;
+    for (std::size_t k = 0; k < pairs.particles.size(); ++k) {
+      // Relative to one point, positions on the way are rounded less.
+      FourPoints from = pairs.points(pairs.start, k), to = pairs.points(pairs.end, k);
+      const Vec3 origin = from[0];
+      for (int i = 0; i < 4; ++i) {
+        from[i] -= origin;
+        to[i] -= origin;
+      }
+      double least = std::numeric_limits<double>::infinity();
+      for (int time = 0; time <= 32; ++time) {
+        FourPoints x;
+        for (int i = 0; i < 4; ++i) x[i] = from[i] + time / 32.0 * (to[i] - from[i]);
+        least = std::min(least, std::sqrt(squared_distance(kind, x)));
+      }
+      const std::optional<double> kept = distance_of(found, k);
+      if (least <= reach) {
+        ASSERT_TRUE(kept) << k;
+        ASSERT_LE(*kept, least + 1e-14 * (size(from) + size(to))) << k;
+        ++in_reach;
+        close += *kept > 0.9 * least ? 1 : 0;
+      }
+    }
+    EXPECT_GT(in_reach, 2000);
+    EXPECT_GT(close, in_reach / 3);
+    EXPECT_LT(found.size(), 2U * in_reach);
+    EXPECT_LT(found.size(), pairs.particles.size() * 3 / 4);
   }
 }
 
