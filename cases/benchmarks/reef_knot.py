@@ -9,14 +9,13 @@ RADIUS = 0.005  # m, of the ropes
 AROUND, ALONG = 8, 121  # vertices
 LENGTH = 0.22  # m, from the middle of the knot to the ends
 
-# Half of the curve of one rope (m): it comes in under the bight of the other rope and passes over its
-# leg; the other half passes below that rope's other leg. The second rope is the first, turned by
-# half a turn about z.
-A = np.array([
-    [-LENGTH, 0.011, 0.0], [-0.13, 0.011, -0.003], [-0.075, 0.011, -0.011], [-0.035, 0.014, -0.004],
-    [0.0, 0.024, 0.0105], [0.035, 0.035, 0.011], [0.062, 0.030, 0.011], [0.075, 0.0, 0.011],
-    [0.062, -0.030, 0.011], [0.035, -0.035, 0.001], [0.0, -0.024, -0.0105], [-0.035, -0.014, -0.011],
-    [-0.075, -0.011, -0.011], [-0.13, -0.011, -0.003], [-LENGTH, -0.011, 0.0]])
+# The curve of one rope (m). Both of its ends come in under the bight of the other rope, pass over its legs,
+# and the bight passes under them. The second rope is the first, turned by half a turn about y: each rope
+# holds both ends of the other one on the same side.
+HALF = np.array([
+    [-LENGTH, 0.011, 0.0], [-0.13, 0.011, -0.003], [-0.075, 0.011, -0.011], [-0.035, 0.014, -0.002],
+    [0.0, 0.024, 0.0105], [0.035, 0.035, 0.002], [0.062, 0.030, -0.009], [0.075, 0.0, -0.011]])
+A = np.vstack([HALF, HALF[-2::-1] * np.array([1, -1, 1])])
 
 
 def curve(points, count):
@@ -52,7 +51,7 @@ def tube(points):
 
 if __name__ == "__main__":
     one = curve(A, ALONG)
-    other = one * np.array([-1, -1, 1])
+    other = one * np.array([-1, 1, -1])
     with h5py.File(os.path.join(os.path.dirname(__file__), "reef_knot.h5"), "w") as file:
         file["one"] = tube(one).astype("f4")
         file["other"] = tube(other).astype("f4")

@@ -1,7 +1,11 @@
 // The cases of cases/benchmarks: each is one that users can write, and ends where its reference
 // says.
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "../reference_value.h"
 #include "bench/roof_paths.h"
@@ -31,6 +35,47 @@ TEST(BenchmarkCases, CanBeBuilt) {
     ++count;
   }
   EXPECT_GE(count, 12);
+}
+
+// Returns, in order along a curve, 'o' where its projection to the plane z = 0 crosses over that of
+// another curve, and 'u' where it crosses under it.
+std::string crossings(const std::vector<Vec3>& curve, const std::vector<Vec3>& other) {
+  std::string found;
+  for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
+    std::vector<std::pair<double, char>> here;
+    for (std::size_t j = 0; j + 1 < other.size(); ++j) {
+      const Vec3 along = curve[i + 1] - curve[i], across = other[j + 1] - other[j];
+      const Vec3 from = other[j] - curve[i];
+      const auto area = [](const Vec3& a, const Vec3& b) { return a.x() * b.y() - a.y() * b.x(); };
+      const double s = area(from, across) / area(along, across);
+      const double t = area(from, along) / area(along, across);
+      if (!(s >= 0 && s < 1 && t >= 0 && t < 1)) continue;
+      const double above = curve[i].z() + s * along.z() - other[j].z() - t * across.z();
+      here.emplace_back(s, above > 0 ? 'o' : 'u');
+    }
+    std::ranges::sort(here);
+    for (const auto& [place, way] : here) found += way;
+  }
+  return found;
+}
+
+// In a reef knot, both ends of a rope leave through the bight of the other on the same side.
+TEST(BenchmarkCases, TheReefKnotIsAReefKnot) {
+  const auto scene = build_scene(read_case(path_of("reef_knot")));
+  std::vector<Vec3> middle[2];
+  for (int b = 0; b < 2; ++b) {
+    const SceneBody& body = scene->bodies[b];
+    const bsi::Patch& tube = body.atlas.patches()[0];
+    for (int row = 0; row < tube.rows; ++row) {
+      Vec3 sum = Vec3::Zero();
+      for (int col = 0; col < tube.cols; ++col)
+        sum += scene->initial_position[body.first_particle + row * tube.cols + col];
+      middle[b].push_back(sum / tube.cols);
+    }
+  }
+  EXPECT_EQ(crossings(middle[0], middle[1]), "uouuou");
+  EXPECT_EQ(crossings(middle[1], middle[0]), "ouoouo");
+  EXPECT_EQ(crossings(middle[0], middle[0]), "");
 }
 
 struct Sagging {
