@@ -15,7 +15,8 @@ constexpr std::array contact_scenes{"closing_plates", "fast_ball",        "pulle
                                     "twisted_cloth",  "wound_up_sheet"};
 
 // The parts (s) of cases that take long.
-constexpr std::array<std::pair<const char*, double>, 14> parts{{
+constexpr std::array<std::pair<const char*, double>, 15> parts{{
+    {"ball_on_trampoline", 0.6},
     {"balls_in_a_sheet", 0.3},
     {"creased_paper", 1.2},
     {"drape_torus", 0.25},
