@@ -278,7 +278,12 @@ void BodyMotion::find_features(int b, const Snapshot& snapshot, Features& found)
   const bsi::Mesh& mesh = scene_.bodies[b].surface_mesh();
   const auto point = snapshot.displacements().subspan(scene_.bodies[b].first_point,
                                                       scene_.bodies[b].point_count());
-  auto& [vertex, triangle, edge] = found.bounds;
+  const auto bounds = [&](Feature kind) -> std::vector<float>& {
+    return found.bounds[static_cast<int>(kind)];
+  };
+  std::vector<float>& vertex = bounds(Feature::vertex);
+  std::vector<float>& triangle = bounds(Feature::triangle);
+  std::vector<float>& edge = bounds(Feature::edge);
   found.largest = static_cast<float>(snapshot.displacement(b)) * (1 + 1e-6F);
   vertex.assign(point.begin(), point.end());
   if (scene_.bodies[b].spheres != nullptr) {

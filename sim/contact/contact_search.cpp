@@ -214,6 +214,7 @@ void ContactSearch::place_all() {
   std::vector<int> all(scene_.bodies.size());
   std::iota(all.begin(), all.end(), 0);
   std::vector<Box> boxes;
+  boxes.reserve(all.size());
   for (const int b : all) boxes.push_back(enlarged_box(b));
   tree_.build(std::move(boxes));
   replace_lists(all);
