@@ -135,9 +135,7 @@ float FoldWatch::place(std::span<const Vec3> x, Components& at, int threads) con
   const Vec3 origin = x[particle_.front()];
   const int count = static_cast<int>(particle_.size());
   float largest = 0;
-#pragma omp parallel for num_threads(threads) schedule(static) \
-    reduction(max                                              \
-              : largest) if (threads > 1)
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(max : largest)
   for (int i = 0; i < count; ++i) {
     const Eigen::Vector3f p = (x[particle_[i]] - origin).cast<float>();
     at.x[i] = p.x();
