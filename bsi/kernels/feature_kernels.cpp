@@ -159,6 +159,27 @@ void measure(const FeatureBatch& batch, double* squared_distance, bool* certain)
       });
 }
 
+// Calls body(from, to, k, count) for each vector of pairs at both ends of their paths: `count`
+// pairs, beginning with pair k.
+template <class Body>
+WEFT_INLINE void for_paths(const FeatureBatch& batch, const double* end, const Body& body) {
+  Staged<float> staged, staged_end;
+  for_lanes<float>(
+      batch.count,
+      [&](int first, int count) {
+        staged.fill(batch, batch.positions, first, count);
+        staged_end.fill(batch, end, first, count);
+      },
+      [&](int first, int k, int count) {
+        body(staged.load(k), staged_end.load(k), first + k, count);
+      });
+}
+
+template <class V>
+WEFT_INLINE V size_of_path(const Points<V>& from, const Points<V>& to) {
+  return safe_size<float>(larger(squared_size(from.x), squared_size(to.x)));
+}
+
 // Works in the frame of each pair's first point. On a fixed line, the gap between projections is
 // concave in time, as a minimum of linear functions. The smaller of its values at both ends is
 // therefore a lower bound.
@@ -166,24 +187,16 @@ template <Kind kind>
 void find_safe(const FeatureBatch& batch, const double* end, float separation, float end_separation,
                bool* safe) {
   using V = Lanes<float>;
-  Staged<float> staged, staged_end;
-  for_lanes<float>(
-      batch.count,
-      [&](int first, int count) {
-        staged.fill(batch, batch.positions, first, count);
-        staged_end.fill(batch, end, first, count);
-      },
-      [&](int first, int k, int count) {
-        const Points<V> from = staged.load(k), to = staged_end.load(k);
-        const Nearest<V> nearest = nearest_of<kind, float>(from.x);
-        const V size = safe_size<float>(larger(squared_size(from.x), squared_size(to.x)));
-        const auto at_start = is_apart<float>(shadow_gap<kind>(from.x, nearest.vector),
-                                              nearest.squared, V{} + separation, size);
-        const auto at_end = is_apart<float>(shadow_gap<kind>(to.x, nearest.vector), nearest.squared,
-                                            V{} + end_separation, size);
-        const auto result = at_start & at_end;
-        for (int lane = 0; lane < count; ++lane) safe[first + k + lane] = result[lane] != 0;
-      });
+  for_paths(batch, end, [&](const Points<V>& from, const Points<V>& to, int k, int count) {
+    const Nearest<V> nearest = nearest_of<kind, float>(from.x);
+    const V size = size_of_path(from, to);
+    const auto at_start = is_apart<float>(shadow_gap<kind>(from.x, nearest.vector), nearest.squared,
+                                          V{} + separation, size);
+    const auto at_end = is_apart<float>(shadow_gap<kind>(to.x, nearest.vector), nearest.squared,
+                                        V{} + end_separation, size);
+    const auto result = at_start & at_end;
+    for (int lane = 0; lane < count; ++lane) safe[k + lane] = result[lane] != 0;
+  });
 }
 
 // Uses the lines of the shortest vectors at both ends. On each of them, the smaller gap of both
@@ -191,26 +204,17 @@ void find_safe(const FeatureBatch& batch, const double* end, float separation, f
 template <Kind kind>
 void bound_paths(const FeatureBatch& batch, const double* end, float* distance) {
   using V = Lanes<float>;
-  Staged<float> staged, staged_end;
-  for_lanes<float>(
-      batch.count,
-      [&](int first, int count) {
-        staged.fill(batch, batch.positions, first, count);
-        staged_end.fill(batch, end, first, count);
-      },
-      [&](int first, int k, int count) {
-        const Points<V> from = staged.load(k), to = staged_end.load(k);
-        const V size = safe_size<float>(larger(squared_size(from.x), squared_size(to.x)));
-        V bound{};
-        const Nearest<V> shortest[2] = {nearest_of<kind, float>(from.x),
-                                        nearest_of<kind, float>(to.x)};
-        for (const Nearest<V>& nearest : shortest) {
-          const V gap = smaller(shadow_gap<kind>(from.x, nearest.vector),
-                                shadow_gap<kind>(to.x, nearest.vector));
-          bound = larger(bound, distance_above<float>(gap, nearest.squared, size));
-        }
-        for (int lane = 0; lane < count; ++lane) distance[first + k + lane] = bound[lane];
-      });
+  for_paths(batch, end, [&](const Points<V>& from, const Points<V>& to, int k, int count) {
+    const Nearest<V> shortest[2] = {nearest_of<kind, float>(from.x), nearest_of<kind, float>(to.x)};
+    const V size = size_of_path(from, to);
+    V bound{};
+    for (const Nearest<V>& nearest : shortest) {
+      const V gap =
+          smaller(shadow_gap<kind>(from.x, nearest.vector), shadow_gap<kind>(to.x, nearest.vector));
+      bound = larger(bound, distance_above<float>(gap, nearest.squared, size));
+    }
+    for (int lane = 0; lane < count; ++lane) distance[k + lane] = bound[lane];
+  });
 }
 
 }  // namespace
