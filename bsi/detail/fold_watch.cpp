@@ -11,7 +11,7 @@ namespace {
 constexpr int windows_per_look = 32;
 
 // Upper bound of the rounding errors in the motion of a window, as a fraction of the distance of
-// the farthest particle from the origin of Placed: those of eight numbers in float32, and of sums.
+// the farthest particle from the first one: those of eight numbers in float32, and of sums.
 constexpr float rounding_per_metre = 1e-6F;
 
 // The features of a window, by its nine vertices: row by row, the middle is 4.

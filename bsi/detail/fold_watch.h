@@ -44,7 +44,7 @@ class FoldWatch {
 
   // Opens the windows in which pairs may come within reach plus `stray` (m) on the paths, and marks
   // their particles. Returns true if there are any. Windows that have used up their room are looked
-  // at once more before. 10 ns for each window, 1 us for each one looked at.
+  // at once more before. 10 ns for each window, 2 us for each one looked at.
   bool follow(const Paths& paths, double stray, std::span<char> marks, int threads);
   // Closes the open windows that have room for `stray` and `room` (m) on the paths of the last
   // follow(). Those that cannot have gained that room since the last look are not looked at.

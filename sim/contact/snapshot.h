@@ -54,10 +54,10 @@ class Snapshot {
   double displacement_since_choice(int body) const { return bodies_[body].since_choice; }
 
   // Records the points of the body that have moved farther than `limit` (m) or have a mark in
-  // `others` (by point; empty: none), and marks them. They
-  // are recorded with their paths if one of the body's paths is longer than `short_path` (m), at
-  // the ends of their paths otherwise. If that is not so for the points recorded before, all points
-  // are recorded. Precondition: measure(body, now).
+  // `others` (by point; empty: none), and marks them. They are recorded with their paths if one of
+  // the body's paths is longer than `short_path` (m), at the ends of their paths otherwise. If that
+  // is not so for the points recorded before, all points are recorded. Precondition: measure(body,
+  // now).
   void renew(int body, const BodyPaths& now, double limit, double short_path,
              std::span<const char> others = {});
   // Marks all points of a body, whose positions place() gives where they are needed. The body
