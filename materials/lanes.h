@@ -120,17 +120,6 @@ inline Lanes arc_tangent(Lanes y, Lanes x) {
   const Lanes angle = octant + (negate_where(is_steep ^ is_back, small) + rest);
   return negate_where(y < Lanes(0), angle);
 }
-// Returns one bit per lane, which is set where the comparison is true. Lane 0 has the lowest bit.
-inline unsigned bits_of(Lanes::Mask mask) {
-#if defined(__AVX512F__)
-  return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(mask.bits),
-                                reinterpret_cast<__m512i>(mask.bits));
-#else
-  unsigned bits = 0;
-  for (int i = 0; i < lane_count; ++i) bits |= (mask.bits[i] != 0 ? 1U : 0U) << i;
-  return bits;
-#endif
-}
 // One step of a transposition. Both rows of a pair (i, i + distance) consist of blocks of
 // `distance` numbers, counted from 0. The odd blocks of row i are exchanged for the even blocks of
 // row i + distance.
@@ -151,44 +140,6 @@ inline void transpose(std::array<Lanes::Vector, lane_count>& rows) {
   exchange<1>(rows, lanes);
   exchange<2>(rows, lanes);
   if constexpr (lane_count == 8) exchange<4>(rows, lanes);
-}
-
-// Four adjacent numbers in memory, aligned to their size.
-typedef double FourNumbers __attribute__((vector_size(32), may_alias));
-
-// Loads four adjacent numbers at each of lane_count addresses. Returns the first number of every
-// address, by lane, then all second ones, and so on. `at` returns the address of a lane.
-template <class Address>
-[[gnu::always_inline]] inline std::array<Lanes, 4> load_fours(const Address& at) {
-  const auto four = [&](int lane) -> FourNumbers {
-    return *reinterpret_cast<const FourNumbers*>(at(lane));
-  };
-  std::array<Lanes::Vector, 4> rows;
-  for (int i = 0; i < 4; ++i) {
-    if constexpr (lane_count == 8)
-      rows[i] = __builtin_shufflevector(four(i), four(i + 4), 0, 1, 2, 3, 4, 5, 6, 7);
-    else
-      rows[i] = four(i);
-  }
-  constexpr std::make_integer_sequence<int, lane_count> lanes;
-  exchange<1>(rows, lanes);
-  exchange<2>(rows, lanes);
-  return {Lanes(rows[0]), Lanes(rows[1]), Lanes(rows[2]), Lanes(rows[3])};
-}
-// Stores what load_fours() returns, lane 0 first.
-template <class Address>
-[[gnu::always_inline]] inline void store_fours(const std::array<Lanes, 4>& numbers,
-                                               const Address& at) {
-  std::array<Lanes::Vector, 4> rows{numbers[0].values, numbers[1].values, numbers[2].values,
-                                    numbers[3].values};
-  constexpr std::make_integer_sequence<int, lane_count> lanes;
-  exchange<1>(rows, lanes);
-  exchange<2>(rows, lanes);
-  for (int i = 0; i < lane_count; ++i) {
-    FourNumbers* const to = reinterpret_cast<FourNumbers*>(at(i));  // NOLINT(modernize-use-auto)
-    *to = i < 4 ? __builtin_shufflevector(rows[i], rows[i], 0, 1, 2, 3)
-                : __builtin_shufflevector(rows[i - 4], rows[i - 4], 4, 5, 6, 7);
-  }
 }
 
 // The functions below work on lane_count vectors of three numbers that are adjacent in memory.

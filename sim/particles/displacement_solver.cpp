@@ -15,7 +15,7 @@ constexpr int most_displacement_sweeps = 120;
 // neighbours.
 constexpr double small_lack = 0.2;
 // Factor of corrections. Above 1 they reach farther in a sweep.
-constexpr double relaxation = 1.5;
+constexpr float displacement_relaxation = 1.5F;
 // Fraction of the last step's corrections that a step begins with.
 constexpr double kept_share = 0.8;
 
@@ -31,8 +31,10 @@ void DisplacementSolver::start(std::span<const SphereContact> contacts, double l
   length_ = length;
   batches_.clear(static_cast<int>(mean.size()));
   lanes_.clear();
-  spheres_.resize(mean.size() + 1);
-  for (std::size_t i = 0; i < mean.size(); ++i) spheres_[i] = {mean[i], inverse_mass_[i]};
+  mean_.assign(mean.begin(), mean.end());
+  corrections_.assign(mean.size() + 1, {});
+  for (std::size_t i = 0; i < mean.size(); ++i)
+    corrections_[i].mobility = static_cast<float>(inverse_mass_[i]);
   rows_.clear();
   for (const SphereContact& contact : contacts) rows_.push_back({contact.key(), add_row(contact)});
   take_kept();
@@ -46,16 +48,16 @@ void DisplacementSolver::add(std::span<const SphereContact> contacts) {
 int DisplacementSolver::add_row(const SphereContact& contact) {
   const double rest = rest_gap_of(contact), gap = contact.gap;
   const double target = gap < rest ? gap + restored_share * (rest - gap) : rest;
-  double least = (target - gap) / length_;
-  if (contact.other < 0) least += contact.normal.dot(contact.drive);
+  double least = (target - gap) / length_ - contact.normal.dot(mean_[contact.sphere]);
+  least += contact.normal.dot(contact.other < 0 ? contact.drive : mean_[contact.other]);
   const int place = batches_.add(contact.sphere, contact.other);
-  lanes_.resize(static_cast<std::size_t>(batches_.count()) * registers_per_batch,
-                {LaneVec3::Constant(0.0), 0.0, 0.0, 0.0});
-  LaneRows& rows = lanes_[register_of(place)];
+  if (batches_.count() > static_cast<int>(lanes_.size()))
+    lanes_.push_back({FloatLaneVec3::Constant(0.0F), 0.0F, 0.0F, 0.0F});
+  LaneRows& rows = lanes_[batch_of(place)];
   const int lane = lane_of(place);
   set_lane(rows.normal, lane, contact.normal);
-  rows.least.values[lane] = least;
-  rows.rest.values[lane] = rest;
+  rows.least.values[lane] = static_cast<float>(least);
+  rows.small.values[lane] = static_cast<float>(small_lack * rest / length_);
   return place;
 }
 
@@ -66,12 +68,16 @@ void DisplacementSolver::take_kept() {
   const auto key_of = [&](std::size_t row) { return rows_[row].key; };
   match_kept(kept_, rows_.size(), key_of, [&](std::size_t row, const KeptMultiplier& kept) {
     const int place = rows_[row].place, lane = lane_of(place);
-    LaneRows& rows = lanes_[register_of(place)];
-    rows.multiplier.values[lane] = scale * kept.multiplier;
-    const Vec3 change = scale * kept.multiplier * get_lane(rows.normal, lane);
-    Sphere &a = spheres_[*batches_.spheres(place)], &b = spheres_[*batches_.others(place)];
-    a.mean += a.mobility * change;
-    b.mean -= b.mobility * change;
+    const auto multiplier = static_cast<float>(scale * kept.multiplier);
+    LaneRows& rows = lanes_[batch_of(place)];
+    rows.multiplier.values[lane] = multiplier;
+    Correction &a = corrections_[batches_.spheres_of(batch_of(place))[lane]],
+               &b = corrections_[batches_.others_of(batch_of(place))[lane]];
+    for (int k = 0; k < 3; ++k) {
+      const float change = multiplier * rows.normal[k].values[lane];
+      a.mean[k] += a.mobility * change;
+      b.mean[k] -= b.mobility * change;
+    }
   });
 }
 
@@ -79,7 +85,7 @@ void DisplacementSolver::keep() {
   kept_.clear();
   kept_length_ = length_;
   for (const Row& row : rows_) {
-    const double multiplier = lanes_[register_of(row.place)].multiplier.values[lane_of(row.place)];
+    const double multiplier = lanes_[batch_of(row.place)].multiplier.values[lane_of(row.place)];
     if (multiplier > 0) kept_.push_back({row.key, multiplier});
   }
 }
@@ -87,41 +93,43 @@ void DisplacementSolver::keep() {
 void DisplacementSolver::transfer(StateArchive& archive) { archive(kept_, kept_length_); }
 
 bool DisplacementSolver::fix(int sphere) {
-  Sphere& fixed = spheres_[sphere];
+  Correction& fixed = corrections_[sphere];
   if (fixed.mobility == 0) return false;
-  fixed = {Vec3::Zero(), 0};
+  fixed.mobility = 0;
+  for (int k = 0; k < 3; ++k) fixed.mean[k] = static_cast<float>(-mean_[sphere][k]);
   batches_.touch(sphere);
   return true;
 }
 
 // Returns the lanes in which the displacements have changed by an amount that matters.
-unsigned DisplacementSolver::solve(int index) {
-  const auto side = [&](const int* spheres) {
-    return [this, spheres](int lane) -> Vec3& { return spheres_[spheres[lane]].mean; };
+unsigned DisplacementSolver::solve(int batch) {
+  const auto side = [&](const std::array<int, RowBatches::width>& spheres) {
+    return [this, &spheres](int lane) { return corrections_[spheres[lane]].mean.data(); };
   };
-  const auto first = side(batches_.spheres(first_place(index)));
-  const auto second = side(batches_.others(first_place(index)));
-  LaneRows& rows = lanes_[index];
-  LaneRecords a = load_records(first), b = load_records(second);
-  const Lanes mobility = a.number + b.number;
-  const Lanes lack = rows.least - rows.normal.dot(a.vector - b.vector);
-  const Lanes before = rows.multiplier;
+  const auto first = side(batches_.spheres_of(batch)), second = side(batches_.others_of(batch));
+  LaneRows& rows = lanes_[batch];
+  std::array<FloatLanes, 4> a = load_fours(first), b = load_fours(second);
+  const FloatLanes mobility = a[3] + b[3];
+  const FloatLaneVec3 apart(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+  const FloatLanes lack = rows.least - rows.normal.dot(apart);
+  const FloatLanes before = rows.multiplier;
   rows.multiplier =
-      choose(0.0 < mobility, larger(0.0, before + relaxation * lack / mobility), before);
-  const Lanes change = rows.multiplier - before;
-  a.vector += a.number * change * rows.normal;
-  b.vector -= b.number * change * rows.normal;
-  store_records(a, first);
-  store_records(b, second);
-  return bits_of(small_lack * rows.rest < magnitude(change) * mobility * length_);
+      choose(FloatLanes(0.0F) < mobility,
+             larger(0.0F, before + displacement_relaxation * lack / mobility), before);
+  const FloatLanes change = rows.multiplier - before;
+  for (int k = 0; k < 3; ++k) {
+    a[k] += a[3] * change * rows.normal[k];
+    b[k] -= b[3] * change * rows.normal[k];
+  }
+  store_fours(a, first);
+  store_fours(b, second);
+  return bits_of(rows.small < magnitude(change) * mobility);
 }
 
 void DisplacementSolver::correct() {
-  const auto solve_rows = [&](int batch) {
-    return solve_batch(batch, [&](int index) { return solve(index); });
-  };
+  const auto solve_batch = [&](int batch) { return solve(batch); };
   int sweeps = 0;
-  while (sweeps < most_displacement_sweeps && batches_.sweep(solve_rows)) ++sweeps;
+  while (sweeps < most_displacement_sweeps && batches_.sweep(solve_batch)) ++sweeps;
 }
 
 }  // namespace weft::sim

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "sim/base/state_archive.h"
+#include "sim/particles/float_lanes.h"
 #include "sim/particles/row_batches.h"
 #include "sim/particles/sphere_contact.h"
-#include "sim/particles/sphere_lanes.h"
 
 namespace weft::sim {
 
@@ -42,19 +42,24 @@ class DisplacementSolver {
   void forget() { kept_.clear(); }
   void transfer(StateArchive& archive);
   // Returns the displacement divided by the length of the step (m/s).
-  const Vec3& mean(int sphere) const { return spheres_[sphere].mean; }
+  Vec3 mean(int sphere) const {
+    const Correction& correction = corrections_[sphere];
+    if (correction.mobility == 0) return Vec3::Zero();
+    const auto& [x, y, z] = correction.mean;
+    return mean_[sphere] + Vec3(x, y, z);
+  }
 
  private:
-  struct alignas(32) Sphere {
-    Vec3 mean{0, 0, 0};
-    double mobility = 0;  // 1/kg, 0 if it stays where it is
+  struct alignas(16) Correction {
+    std::array<float, 3> mean{};  // m/s
+    float mobility = 0;           // 1/kg, 0 if the sphere stays where it is
   };
   // Contacts that are solved at once. Lanes without a contact are zero.
   struct LaneRows {
-    LaneVec3 normal;
-    Lanes least;       // m/s, least normal component of the relative mean velocity
-    Lanes rest;        // m, rest gap
-    Lanes multiplier;  // kg m/s, correction along the normal
+    FloatLaneVec3 normal;
+    FloatLanes least;       // m/s, least normal component of the relative correction
+    FloatLanes small;       // m/s, change of that component which does not matter
+    FloatLanes multiplier;  // kg m/s, correction along the normal
   };
 
   // A correction that the next step begins with.
@@ -71,13 +76,14 @@ class DisplacementSolver {
   double rest_gap_of(const SphereContact& contact) const;
   int add_row(const SphereContact& contact);
   void take_kept();
-  unsigned solve(int index);
+  unsigned solve(int batch);
 
   std::span<const double> rest_gap_, inverse_mass_;
-  double length_ = 0;            // s
-  std::vector<Sphere> spheres_;  // the last one is no sphere and stays where it is
+  double length_ = 0;                    // s
+  std::vector<Vec3> mean_;               // m/s, by sphere, without corrections
+  std::vector<Correction> corrections_;  // the last one is that of no sphere
   RowBatches batches_;
-  std::vector<LaneRows> lanes_;  // registers_per_batch to each batch
+  std::vector<LaneRows> lanes_;  // by batch
   std::vector<Row> rows_;
   std::vector<KeptMultiplier> kept_;
   double kept_length_ = 0;  // s, length of the step of kept_

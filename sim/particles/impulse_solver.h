@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "sim/base/state_archive.h"
+#include "sim/particles/float_lanes.h"
 #include "sim/particles/row_batches.h"
 #include "sim/particles/sphere_contact.h"
-#include "sim/particles/sphere_lanes.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -22,7 +22,8 @@ struct ImpulseStep {
 
 // Solves for the impulses of contacts by projected Gauss-Seidel sweeps over batches of contacts
 // without common spheres (row_batches.h). The order of the contacts determines the batches, so the
-// result depends neither on threads nor on the length of vector registers.
+// result depends neither on threads nor on the length of vector registers. Sweeps are in single
+// precision. A last one is in double precision, and momentum is conserved to rounding.
 //
 // Between impacts a sphere moves freely, x(t) = x + v t + a t^2/2. If a contact closes at the time
 // t within the step at the speed u, its normal impulse makes the sides part at e u at that time,
@@ -57,34 +58,39 @@ class ImpulseSolver {
   std::int64_t sweeps() const { return sweeps_; }
 
  private:
-  // The motion of a sphere, on a cache line of its own.
-  struct alignas(64) Motion {
-    Vec3 velocity;         // m/s
-    double mass_share;     // 1/kg, inverse mass
-    Vec3 turning;          // m/s, radius times spin
-    double turning_share;  // 1/kg, squared radius over moment of inertia, or 0
+  // How far the sweeps have changed the motion of a sphere. Sweeps count masses in unit_mass_, so
+  // that squared impulses of dust do not underflow.
+  struct alignas(32) Change {
+    std::array<float, 3> velocity;  // m/s
+    float mass_share;               // inverse mass
+    std::array<float, 3> turning;   // m/s, radius times spin
+    float turning_share;            // squared radius over moment of inertia, or 0
   };
-  // A contact that takes part.
+  // A contact that takes part. Impulses are those after the sweeps.
   struct Row {
-    int contact = 0;    // index in the list of contacts
-    int place = 0;      // in the batches
-    double target = 0;  // m/s, least normal velocity at the end
+    int contact = 0;  // index in the list of contacts
+    int place = 0;    // in the batches
     bool is_impact = false;
-    double impact_time = 0;  // s, within the step
+    double impact_time = 0;                       // s, within the step
+    double target = 0;                            // m/s, least normal velocity at the end
+    double normal_mass = 0, tangential_mass = 0;  // kg
+    double impulse = 0;                           // kg m/s, along the normal
+    Vec3 tangential{0, 0, 0};                     // kg m/s, impulse of friction
   };
-  // Rows that are solved at once. Lanes without a row are zero.
+  // The rows of a batch. Masses and impulses are divided by unit_mass_. Lanes without a row are
+  // zero.
   struct LaneRows {
-    LaneVec3 normal;
-    Lanes normal_mass, tangential_mass;  // kg
-    Lanes friction;
-    LaneVec3 drive;       // m/s
-    Lanes target;         // m/s
-    Lanes impulse;        // kg m/s, along the normal
-    LaneVec3 tangential;  // kg m/s, impulse of friction
+    FloatLaneVec3 normal;
+    FloatLanes normal_mass, tangential_mass;
+    FloatLanes friction;
+    FloatLaneVec3 approach;    // m/s, relative velocity of the sides without impulses
+    FloatLanes target;         // m/s
+    FloatLanes impulse;        // m/s, along the normal
+    FloatLaneVec3 tangential;  // m/s, impulse of friction
   };
-  // The motions of the two spheres of each lane.
+  // Changes of the two spheres of each lane.
   struct Sides {
-    LaneRecords velocity, turning, other_velocity, other_turning;
+    std::array<FloatLanes, 4> velocity, turning, other_velocity, other_turning;
   };
   // An impulse that the next step starts from.
   struct KeptImpulse {
@@ -99,18 +105,25 @@ class ImpulseSolver {
   void take_kept(std::span<const SphereContact> contacts, double length);
   void keep(std::span<const SphereContact> contacts, double length);
   void add_row(const SphereContact& contact, Row& row);
-  LaneRows& lanes_of(const Row& row) { return lanes_[register_of(row.place)]; }
-  const LaneRows& lanes_of(const Row& row) const { return lanes_[register_of(row.place)]; }
-  Sides load(int index) const;
-  void apply(Sides& sides, int index, const Lanes& along_normal, const LaneVec3& tangential);
-  unsigned solve(int index, double small_change);
+  Vec3 velocity_at(const SphereContact& contact) const;
+  LaneRows& lanes_of(const Row& row) { return lanes_[batch_of(row.place)]; }
+  const LaneRows& lanes_of(const Row& row) const { return lanes_[batch_of(row.place)]; }
+  Sides load(int batch) const;
+  void apply(Sides& sides, int batch, const FloatLanes& along_normal,
+             const FloatLaneVec3& tangential);
+  unsigned solve(int batch, float factor, float small_change);
+  void take_impulses(std::span<const SphereContact> contacts);
+  void refine(std::span<const SphereContact> contacts);
+  void push(const SphereContact& contact, double along_normal, const Vec3& tangential);
   double least_gap(const SphereContact& contact) const;
 
-  std::vector<double> radius_, inverse_mass_, inverse_inertia_, inertia_, rest_gap_;
-  std::vector<Motion> motion_;  // by sphere; the last one is that of no sphere and stays at rest
+  std::vector<double> radius_, inverse_mass_, turning_share_, inertia_, rest_gap_;
+  double unit_mass_;                      // kg, that of the lightest sphere
+  std::vector<Vec3> velocity_, turning_;  // m/s, by sphere, without impulses until take_impulses()
+  std::vector<Change> change_;  // by sphere; the last one is that of no sphere and stays at rest
   std::vector<Row> rows_;       // in the order of the contacts
   RowBatches batches_;
-  std::vector<LaneRows> lanes_;  // registers_per_batch to each batch
+  std::vector<LaneRows> lanes_;  // by batch
   std::vector<KeptImpulse> kept_;
   double kept_length_ = 0;  // s, length of the step of kept_
   std::int64_t sweeps_ = 0;

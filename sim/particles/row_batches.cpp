@@ -1,5 +1,7 @@
 #include "sim/particles/row_batches.h"
 
+#include <algorithm>
+
 namespace weft::sim {
 
 void RowBatches::clear(int spheres) {
@@ -10,6 +12,13 @@ void RowBatches::clear(int spheres) {
   open_.fill({});
   next_to_close_ = 0;
   taken_.assign(static_cast<std::size_t>(spheres) + 1, 0);
+}
+
+// Lets the clock begin anew. The same batches have to be solved as before.
+void RowBatches::restart_clock() {
+  for (int b = 0; b < count(); ++b) solved_[b] = has_changed(b) ? -1 : 0;
+  std::ranges::fill(changed_, 0);
+  clock_ = 0;
 }
 
 // The batch of a slot takes no further rows.

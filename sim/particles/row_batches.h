@@ -24,28 +24,29 @@ class RowBatches {
   // O(1) on average.
   int add(int sphere, int other);
   int count() const { return static_cast<int>(batches_.size()); }
-  // Return the spheres of the row at a place and of those behind it in its batch.
-  const int* spheres(int place) const {
-    return batches_[place / width].sphere.data() + place % width;
-  }
-  const int* others(int place) const {
-    return batches_[place / width].other.data() + place % width;
-  }
+  // Return the spheres of a batch, by row. A row that does not exist has nobody() twice, a row of
+  // one sphere has it once.
+  const std::array<int, width>& spheres_of(int batch) const { return batches_[batch].sphere; }
+  const std::array<int, width>& others_of(int batch) const { return batches_[batch].other; }
   // Returns the number of spheres, which stands for a missing sphere.
   int nobody() const { return static_cast<int>(changed_.size()) - 1; }
   // Lets the next sweep solve the rows of a sphere.
   void touch(int sphere) { changed_[sphere] = ++clock_; }
   // Calls `solve` with the index of each batch that has to be solved, in ascending order. It
   // returns one bit per row, the lowest for the first, which is set if the row's spheres have
-  // changed. Returns false if there was no such batch.
+  // changed. Batches of these spheres have to be solved from then on. Their own batch is among them
+  // unless `solve` is exact, so that the row has nothing to gain. Returns false if there was no
+  // batch to solve.
   template <class Solve>
-  bool sweep(const Solve& solve) {
+  bool sweep(const Solve& solve, bool is_exact = true) {
+    if (clock_ > latest_clock) restart_clock();
     bool is_any = false;
     for (int b = 0; b < count(); ++b) {
       if (!has_changed(b)) continue;
       is_any = true;
       unsigned rows = solve(b);
       solved_[b] = ++clock_;
+      if (!is_exact) ++clock_;
       for (; rows != 0; rows &= rows - 1) {
         const int row = std::countr_zero(rows);
         changed_[batches_[b].sphere[row]] = changed_[batches_[b].other[row]] = clock_;
@@ -56,24 +57,26 @@ class RowBatches {
   }
 
  private:
-  // The spheres of a batch, by row. A row that does not exist has nobody() twice, a row of one
-  // sphere has it once.
   struct Batch {
     std::array<int, width> sphere, other;
   };
-  // True if a sphere of the batch has changed since it was solved.
+  // True if a sphere of the batch has changed since it was solved. Loads of all clocks at once cost
+  // less than branches.
   bool has_changed(int batch) const {
-    const std::int64_t since = solved_[batch];
+    const std::int32_t since = solved_[batch];
+    bool is_any = false;
     for (int row = 0; row < width; ++row) {
-      if (changed_[batches_[batch].sphere[row]] > since) return true;
-      if (changed_[batches_[batch].other[row]] > since) return true;
+      is_any |= changed_[batches_[batch].sphere[row]] > since;
+      is_any |= changed_[batches_[batch].other[row]] > since;
     }
-    return false;
+    return is_any;
   }
+  void restart_clock();
   int open_slot(std::uint64_t taken);
   void close(int slot);
 
-  static constexpr int slots = 64;  // batches that are filled at the same time
+  static constexpr std::int32_t latest_clock = 1 << 20;  // far from an overflow
+  static constexpr int slots = 64;                       // batches that are filled at the same time
   struct Open {
     int batch = -1;
     int rows = 0;
@@ -81,11 +84,15 @@ class RowBatches {
   std::vector<Batch> batches_;
   // Numbers of batches solved so far: by batch, when it was solved, -1 if it has to be; by sphere,
   // when it changed. The last sphere is nobody(), which never changes.
-  std::vector<std::int64_t> solved_, changed_;
-  std::int64_t clock_ = 0;
+  std::vector<std::int32_t> solved_, changed_;
+  std::int32_t clock_ = 0;
   std::array<Open, slots> open_;
   int next_to_close_ = 0;
   std::vector<std::uint64_t> taken_;  // by sphere: one bit per slot whose batch has a row of it
 };
+
+// Return the batch of the row at a place, and its number within the batch.
+inline int batch_of(int place) { return place / RowBatches::width; }
+inline int lane_of(int place) { return place % RowBatches::width; }
 
 }  // namespace weft::sim

@@ -35,31 +35,39 @@ class SphereGrid {
 
  private:
   using Cell = std::array<std::int32_t, 3>;
-  struct Placed {
-    Vec3 centre;
-    double radius;
+  struct Where {
     Cell cell;
     std::int32_t layer;
-    std::int32_t index;
+    std::uint32_t bucket;
   };
   struct Found {
     int a, b;
   };
 
+  void lay_out(std::span<const Vec3> centres, std::span<const double> radii);
   void place(std::span<const Vec3> centres, std::span<const double> radii);
-  void compare_in_layer(const Placed& sphere, std::size_t slot);
-  void compare_in_wider_layer(const Placed& sphere, int layer);
-  void compare(const Placed& sphere, const Placed& other);
+  void compare(std::size_t slot, std::size_t first, std::size_t end);
+  void compare_row(std::size_t slot, const Cell& middle, int layer);
+  void compare_in_layer(std::size_t slot);
+  void compare_in_wider_layer(std::size_t slot, int layer);
   void sort(int spheres, SpherePairs& pairs) const;
   std::uint32_t bucket_of(const Cell& cell, int layer) const;
   Cell cell_of(const Vec3& centre, int layer) const;
 
-  double smallest_width_ = 0;  // m, of the cells of layer 0
-  std::vector<int> in_layer_;  // number of spheres by layer
+  // By layer: width of the cells (m), its inverse, and number of spheres. top_layer_ is the last
+  // one with spheres.
+  std::vector<double> width_, cells_per_metre_;
+  std::vector<int> in_layer_;
+  int top_layer_ = 0;
   std::uint32_t mask_ = 0;
-  std::vector<std::uint32_t> start_;   // by bucket: the first place in placed_
-  std::vector<std::uint32_t> bucket_;  // by sphere
-  std::vector<Placed> unsorted_, placed_;
+  // Buckets from a cell to its neighbours along y and along z.
+  std::uint32_t row_ = 1, plane_ = 1;
+  std::vector<std::uint32_t>
+      start_;                 // by bucket: its first slot, and the number of slots at the end
+  std::vector<Where> where_;  // by sphere
+  // By slot: the spheres in the order of their buckets.
+  std::vector<double> x_, y_, z_, radius_;  // m
+  std::vector<int> sphere_;
   std::vector<Found> found_;
   std::int64_t tests_ = 0;
 };

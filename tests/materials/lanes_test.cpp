@@ -115,38 +115,6 @@ TEST(Lanes, VectorsInMemoryAreReadAndAddedLaneByLane) {
   }
 }
 
-TEST(Lanes, FoursInMemoryAreReadAndStoredLaneByLane) {
-  struct alignas(32) Four {
-    double numbers[4];
-  };
-  std::array<Four, 3 * lane_count> fours{};
-  for (int i = 0; i < 3 * lane_count; ++i) {
-    for (int k = 0; k < 4; ++k) fours[i].numbers[k] = 10 * i + k;
-  }
-  // Every second record, in descending order, so that their places and their lanes differ.
-  const auto record = [](int lane) { return 2 * (lane_count - lane); };
-  auto loaded = load_fours([&](int lane) { return fours[record(lane)].numbers; });
-  for (int lane = 0; lane < lane_count; ++lane) {
-    for (int k = 0; k < 4; ++k) EXPECT_EQ(loaded[k].values[lane], 10 * record(lane) + k);
-  }
-  for (int k = 0; k < 4; ++k) loaded[k] += Lanes(1000.0 * (k + 1));
-  store_fours(loaded, [&](int lane) { return fours[record(lane)].numbers; });
-  for (int i = 0; i < 3 * lane_count; ++i) {
-    const bool is_stored = i % 2 == 0 && i > 0 && i <= 2 * lane_count;
-    for (int k = 0; k < 4; ++k)
-      EXPECT_EQ(fours[i].numbers[k], 10 * i + k + (is_stored ? 1000 * (k + 1) : 0));
-  }
-}
-
-TEST(Lanes, BitsOfAComparison) {
-  Lanes numbers;
-  for (int lane = 0; lane < lane_count; ++lane) numbers.values[lane] = lane;
-  EXPECT_EQ(bits_of(numbers < Lanes(0)), 0U);
-  EXPECT_EQ(bits_of(numbers < Lanes(3)), 7U);
-  EXPECT_EQ(bits_of(numbers == Lanes(2)), 4U);
-  EXPECT_EQ(bits_of(numbers < Lanes(99)), (1U << lane_count) - 1);
-}
-
 TEST(Lanes, Threefold) {
   Lanes numbers;
   for (int lane = 0; lane < lane_count; ++lane) numbers.values[lane] = 10 + lane;

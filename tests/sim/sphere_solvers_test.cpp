@@ -40,15 +40,16 @@ TEST(RowBatches, HoldEveryRowOnceAndNoSphereTwice) {
     const int place = batches.add(row.sphere, row.other);
     EXPECT_TRUE(places.insert(place).second);
     ASSERT_LT(place, batches.count() * RowBatches::width);
-    EXPECT_EQ(*batches.spheres(place), row.sphere);
-    EXPECT_EQ(*batches.others(place), row.other < 0 ? batches.nobody() : row.other);
+    EXPECT_EQ(batches.spheres_of(batch_of(place))[lane_of(place)], row.sphere);
+    EXPECT_EQ(batches.others_of(batch_of(place))[lane_of(place)],
+              row.other < 0 ? batches.nobody() : row.other);
   }
   for (int b = 0; b < batches.count(); ++b) {
     std::multiset<int> in_batch;
     for (int row = 0; row < RowBatches::width; ++row) {
-      const int place = b * RowBatches::width + row;
-      for (const int sphere : {*batches.spheres(place), *batches.others(place)}) {
-        EXPECT_TRUE(places.contains(place) || sphere == batches.nobody());
+      const bool exists = places.contains(b * RowBatches::width + row);
+      for (const int sphere : {batches.spheres_of(b)[row], batches.others_of(b)[row]}) {
+        EXPECT_TRUE(exists || sphere == batches.nobody());
         if (sphere != batches.nobody()) in_batch.insert(sphere);
       }
     }
@@ -101,28 +102,56 @@ TEST(RowBatches, AreSolvedAgainWhereSpheresHaveChanged) {
   EXPECT_FALSE(others.contains(own));
   EXPECT_EQ(solved.size(), others.size() + 1);
   for (const int batch : others) EXPECT_EQ(std::ranges::count(solved, batch), 1);
+
+  // A row that is solved in part has its own batch solved again, too.
+  batches.touch(64);
+  batches.sweep([&](int batch) { return batch == own ? 1U << lane_of(place) : 0U; }, false);
+  solved.clear();
+  EXPECT_TRUE(batches.sweep(nothing_changes));
+  EXPECT_EQ(std::ranges::count(solved, own), 1);
+  EXPECT_FALSE(batches.sweep(nothing_changes));
+}
+
+// The clock of the batches begins anew within this many sweeps.
+TEST(RowBatches, AreSolvedAgainHoweverManyHaveBeenSolved) {
+  RowBatches batches;
+  batches.clear(20);
+  for (int i = 0; i + 1 < 20; ++i) batches.add(i, i + 1);
+  const auto nothing_changes = [](int) { return 0U; };
+  batches.sweep(nothing_changes);
+  int swept = 0;
+  for (int i = 0; i < 500'000; ++i) {
+    batches.touch(i % 20);
+    swept += batches.sweep(nothing_changes) ? 1 : 0;
+    swept += batches.sweep(nothing_changes) ? 1'000'000'000 : 0;
+    if (swept != i + 1) break;
+  }
+  EXPECT_EQ(swept, 500'000);
+}
+
+// Thirty spheres of a radius (m), and thirty of twice the radius.
+std::unique_ptr<const Scene> heap_scene(const std::string& radius, const std::string& twice) {
+  return build_scene(parse_case(R"(
+[time]
+method = "impulses"
+duration = 1
+[[particles]]
+name = "small"
+radius = )" + radius + R"(
+positions = { type = "grid", count = [30, 1, 1], centre = [0, 0, 0] }
+[[particles]]
+name = "large"
+radius = )" + twice + R"(
+positions = { type = "grid", count = [30, 1, 1], centre = [0, 1, 0] }
+)",
+                                "heap.toml"));
 }
 
 // A heap without gravity: spheres of two sizes that touch at random, some of them a wall.
 class Heap : public testing::Test {
  protected:
   static constexpr int count = 60;
-  Heap()
-      : scene(build_scene(parse_case(R"(
-[time]
-method = "impulses"
-duration = 1
-[[particles]]
-name = "small"
-radius = 0.01
-positions = { type = "grid", count = [30, 1, 1], centre = [0, 0, 0] }
-[[particles]]
-name = "large"
-radius = 0.02
-positions = { type = "grid", count = [30, 1, 1], centre = [0, 1, 0] }
-)",
-                                     "heap.toml"))),
-        solver(*scene) {
+  Heap() : scene(heap_scene("0.01", "0.02")), solver(*scene) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> part(-1, 1);
     const auto vector = [&] { return Vec3(part(random), part(random), part(random)); };
@@ -153,7 +182,8 @@ positions = { type = "grid", count = [30, 1, 1], centre = [0, 1, 0] }
   std::vector<SphereContact> contacts;
 };
 
-// Projected Gauss-Seidel, one row after the other in the order of their places.
+// Projected Gauss-Seidel, one row after the other in the order of their places. All sweeps but the
+// first and the last two are over-relaxed. A last sweep follows the order of the contacts.
 class RowByRow {
  public:
   RowByRow(const ImpulseSolver& solver, std::vector<Vec3> velocity, const std::vector<Vec3>& spin)
@@ -162,15 +192,21 @@ class RowByRow {
   void solve(std::span<const SphereContact> contacts, int sweeps) {
     RowBatches batches;
     batches.clear(static_cast<int>(velocity_.size()));
-    std::vector<std::pair<int, const SphereContact*>> rows;
+    using Placed = std::pair<int, const SphereContact*>;
+    std::vector<Placed> rows;
     for (const SphereContact& contact : contacts)
       rows.emplace_back(batches.add(contact.sphere, contact.other), &contact);
     std::ranges::sort(rows);
     std::vector<double> normal(contacts.size(), 0.0);
     std::vector<Vec3> tangential(contacts.size(), Vec3::Zero());
     for (int sweep = 0; sweep < sweeps; ++sweep) {
+      const double factor = sweep == 0 || sweep >= sweeps - 2 ? 1 : 1.8;
       for (std::size_t r = 0; r < rows.size(); ++r)
-        solve(*rows[r].second, normal[r], tangential[r]);
+        solve(*rows[r].second, factor, normal[r], tangential[r]);
+    }
+    for (const SphereContact& contact : contacts) {
+      const std::size_t r = std::ranges::find(rows, &contact, &Placed::second) - rows.begin();
+      solve(contact, 1, normal[r], tangential[r]);
     }
   }
   const std::vector<Vec3>& velocity() const { return velocity_; }
@@ -181,7 +217,7 @@ class RowByRow {
   double turning_share(int sphere) const {
     return radius(sphere) * radius(sphere) / solver_.inertia(sphere);
   }
-  void solve(const SphereContact& at, double& normal, Vec3& tangential) {
+  void solve(const SphereContact& at, double factor, double& normal, Vec3& tangential) {
     const int a = at.sphere, b = at.other;
     double share = solver_.inverse_masses()[a], sliding_share = share + turning_share(a);
     Vec3 relative = velocity_[a] - radius(a) * spin_[a].cross(at.normal) - at.drive;
@@ -192,7 +228,7 @@ class RowByRow {
       relative -= velocity_[b] + radius(b) * spin_[b].cross(at.normal);
     }
     const double speed = relative.dot(at.normal), before = normal;
-    normal = std::max(0.0, before - speed / share);
+    normal = std::max(0.0, before - factor * speed / share);
     const Vec3 old = tangential;
     tangential -= (relative - speed * at.normal) / sliding_share;
     const double limit = at.friction * normal;
@@ -223,8 +259,25 @@ TEST_F(Heap, HasTheVelocitiesOfOneRowAfterTheOther) {
   solver.find_velocities(contacts, step(), found, spin);
   EXPECT_EQ(solver.sweeps(), 25);
   for (int i = 0; i < count; ++i) {
-    EXPECT_LT((found[i] - expected.velocity()[i]).norm(), 1e-8) << i;
-    EXPECT_LT((spin[i] - expected.spin()[i]).norm(), 1e-6) << i;
+    // Sweeps are in single precision. Spins are about a hundred times as large as velocities.
+    EXPECT_LT((found[i] - expected.velocity()[i]).norm(), 2e-6) << i;
+    EXPECT_LT((spin[i] - expected.spin()[i]).norm(), 2e-4) << i;
+  }
+}
+
+// Equal velocities have equal results whatever the masses: dust of 10 nm weighs 1e-18 of balls of
+// 1 cm.
+TEST_F(Heap, MovesLikeOneOfDust) {
+  for (SphereContact& contact : contacts) contact.friction = 0.3;
+  std::vector<Vec3> found(count), spin(count, Vec3::Zero());
+  solver.find_velocities(contacts, step(), found, spin);
+  const auto small_scene = heap_scene("1e-8", "2e-8");
+  ImpulseSolver dust(*small_scene);
+  std::vector<Vec3> of_dust(count), spin_of_dust(count, Vec3::Zero());
+  dust.find_velocities(contacts, step(), of_dust, spin_of_dust);
+  for (int i = 0; i < count; ++i) {
+    EXPECT_LT((found[i] - of_dust[i]).norm(), 2e-6) << i;
+    EXPECT_LT((spin[i] - 1e-6 * spin_of_dust[i]).norm(), 2e-4) << i;
   }
 }
 
@@ -265,7 +318,7 @@ TEST_F(Heap, HasDisplacementsThatKeepEveryGapOpen) {
     moved = std::max(moved, (displacements.mean(i) - velocity[i]).norm());
   }
   EXPECT_GT(moved, 1e-3);
-  EXPECT_LT(momentum.norm(), 1e-13);
+  EXPECT_LT(momentum.norm(), 1e-9);
   // A sphere that stays where it is pushes the others away.
   EXPECT_TRUE(displacements.fix(20));
   EXPECT_FALSE(displacements.fix(20));
@@ -290,8 +343,8 @@ TEST_F(Heap, BeginsWithMostOfTheLastCorrections) {
   displacements.keep();
   const std::vector<Vec3> same = begin(1e-3), shorter = begin(0.5e-3);
   for (int i = 0; i < count; ++i) {
-    EXPECT_LT((same[i] - 0.8 * corrections[i]).norm(), 1e-12);
-    EXPECT_LT((shorter[i] - 0.4 * corrections[i]).norm(), 1e-12);
+    EXPECT_LT((same[i] - 0.8 * corrections[i]).norm(), 1e-6);
+    EXPECT_LT((shorter[i] - 0.4 * corrections[i]).norm(), 1e-6);
   }
   displacements.forget();
   for (const Vec3& each : begin(1e-3)) EXPECT_EQ(each, Vec3::Zero());
