@@ -13,6 +13,7 @@
 #include "sim/contact/contact_search.h"
 #include "sim/contact/pair_friction.h"
 #include "sim/forces/force.h"
+#include "sim/particles/enclosing_obstacles.h"
 #include "sim/scene/scene_curves.h"
 #include "sim/view/output_description.h"
 
@@ -264,11 +265,21 @@ void describe_friction(const Scene& scene, std::ostream& out) {
       << ": contact.friction is 0\n";
 }
 
+void describe_enclosed_spheres(const Scene& scene, std::ostream& out) {
+  for (const EnclosedSpheres& each : enclosed_spheres(scene)) {
+    const SceneBody& group = scene.bodies[each.group];
+    out << "  " << each.count << " of " << counted(group.particle_count(), "particle", "particles")
+        << " of " << group.name << " start inside " << scene.bodies[each.obstacle].name
+        << ", whose surface is closed: they stay there\n";
+  }
+}
+
 void describe_contact(const Scene& scene, std::ostream& out) {
   const ContactCase& contact = scene.source.contact;
   if (scene.spheres_collide) {
     out << "contact   impulses of particles with each other and with "
         << counted(scene.bodies.size() - scene.dynamic_bodies, "obstacle", "obstacles") << '\n';
+    describe_enclosed_spheres(scene, out);
     return;
   }
   if (!contact.enabled) {
@@ -285,6 +296,7 @@ void describe_contact(const Scene& scene, std::ostream& out) {
       << counted(dynamic * (dynamic - 1) / 2, "pair of bodies, ", "pairs of bodies, ")
       << dynamic * obstacles << " of body and obstacle, "
       << counted(self, "body with itself\n", "bodies with themselves\n");
+  describe_enclosed_spheres(scene, out);
   const std::size_t far = pairs - (neighbours.size() - self);
   if (far > 0)
     out << "  skipped " << counted(far, "pair", "pairs") << " of " << pairs
