@@ -9,6 +9,7 @@
 #include "sim/base/parallel.h"
 #include "sim/contact/device_contact.h"
 #include "sim/contact/feature_collector.h"
+#include "sim/contact/pair_selection.h"
 
 namespace weft::sim {
 
@@ -87,9 +88,6 @@ std::vector<BodyPair> searched_neighbours(const Scene& scene, const BodyTree& tr
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   return pairs;
 }
-
-// Covers the rounding of sums in float32.
-constexpr float above_rounding = 1 + 1e-6F;
 
 }  // namespace
 
@@ -458,44 +456,6 @@ void ContactSearch::select_of_two_bodies() {
     if (!lists_[l].is_self()) select(l);
 }
 
-namespace {
-
-// The conditions under which a pair is a candidate.
-struct Selection {
-  float limit = 0;  // m, distance within which a pair is one if its features have not moved
-  FeatureMotion first, second;
-};
-
-// Appends the candidates among the pairs first .. last - 1, with lower bounds of their present
-// distances. The pairs with the same first feature are sorted by distance, so that only the nearest
-// of them are looked at; the candidates are sorted by the second feature.
-void select_pairs(std::span<const FeaturePair> pairs, const Selection& of,
-                  std::vector<FeaturePair>& selected) {
-  const auto by_second = [](const FeaturePair& p, const FeaturePair& q) { return p.b < q.b; };
-  for (std::size_t i = 0; i < pairs.size();) {
-    const int a = pairs[i].a;
-    const float moved = of.first[a] * above_rounding;
-    const float none_beyond = of.limit + moved + of.second.largest * above_rounding;
-    const auto begin = static_cast<std::ptrdiff_t>(selected.size());
-    for (; i < pairs.size() && pairs[i].a == a && pairs[i].distance <= none_beyond; ++i) {
-      const float both = moved + of.second[pairs[i].b] * above_rounding;
-      if (pairs[i].distance > of.limit + both) continue;
-      selected.push_back(
-          {a, pairs[i].b, std::max(0.0F, pairs[i].distance / above_rounding - both)});
-    }
-    while (i < pairs.size() && pairs[i].a == a) ++i;
-    std::sort(selected.begin() + begin, selected.end(), by_second);
-  }
-}
-
-// Returns the first index from `i` on at which the pairs of another first feature begin.
-std::size_t next_feature(std::span<const FeaturePair> pairs, std::size_t i) {
-  while (i > 0 && i < pairs.size() && pairs[i].a == pairs[i - 1].a) ++i;
-  return i;
-}
-
-}  // namespace
-
 // Selects the candidates of a list.
 void ContactSearch::select(std::size_t l) {
   using Feature = BodyMotion::Feature;
@@ -515,17 +475,14 @@ void ContactSearch::select(std::size_t l) {
     const int other = swapped ? list.body_a : list.body_b;
     const double range = edges ? range_of_edges(list) : range_of_vertices(list, one);
     const double distance = reach + (near ? 0 : list.thickness + range);
-    const Selection selection{static_cast<float>(distance) * above_rounding,
-                              motion(one, edges ? Feature::edge : Feature::vertex),
-                              motion(other, edges ? Feature::edge : Feature::triangle)};
-    const std::span<const FeaturePair> pairs = all;
-    const int count = static_cast<int>(pairs.size());
+    const PairSelection selection(all, distance,
+                                  motion(one, edges ? Feature::edge : Feature::vertex),
+                                  motion(other, edges ? Feature::edge : Feature::triangle));
     using Pairs = std::vector<FeaturePair>;
     const auto select_part = [&](int first, int last, Pairs& part) {
-      part.clear();
-      const std::size_t begin = next_feature(pairs, first), end = next_feature(pairs, last);
-      select_pairs(pairs.subspan(begin, end - begin), selection, part);
+      selection.take(first, last, part);
     };
+    const int count = static_cast<int>(all.size());
     for (const Pairs& part : parallel_parts(selected_, count, scene_.threads, select_part))
       selected.insert(selected.end(), part.begin(), part.end());
   });

@@ -158,7 +158,6 @@ class ContactSearch {
   // Returns the neighbourhoods at rest of a body's surface points, or null if its features are
   // neighbours only where they have a common vertex.
   const bsi::Neighbourhoods* neighbourhoods(int body) const { return neighbourhoods_[body].get(); }
-  double slack() const { return slack_; }
   // Returns the processor that runs the search. If a device fails, the CPU takes over with the same
   // results.
   const ComputeChoice& compute() const { return search_.choice; }

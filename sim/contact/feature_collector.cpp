@@ -66,12 +66,13 @@ class RenewedParts {
       : points_(points) {
     if (points.empty()) return;
     quads_a_ = quads_of(a);
-    quads_b_ = quads_of(b);
+    if (&a != &b) quads_b_ = quads_of(b);
   }
 
   bool are_all() const { return points_.empty(); }
   bool has_quad_of(const bsi::LeafPair& pair) const {
-    return are_all() || quads_a_[pair.a] != 0 || quads_b_[pair.b] != 0;
+    const std::vector<char>& of_b = quads_b_.empty() ? quads_a_ : quads_b_;
+    return are_all() || quads_a_[pair.a] != 0 || of_b[pair.b] != 0;
   }
   bool has_point_of(const FourParticles& points) const {
     return are_all() || std::ranges::any_of(points, [&](int point) { return points_[point] != 0; });
@@ -92,7 +93,7 @@ class RenewedParts {
   }
 
   std::span<const char> points_;
-  std::vector<char> quads_a_, quads_b_;
+  std::vector<char> quads_a_, quads_b_;  // marks; the second is empty if both are the same body
 };
 
 // The features of a body, with the boxes around their paths.
@@ -344,7 +345,7 @@ void keep_in_reach(FeatureKind kind, const Batch& batch, const PathEnds& path, d
 
 // Joins the lists with index `which` of all chunks. A counting sort orders the pairs by a, where 0
 // <= a < count_a. The few pairs with the same a are then sorted by distance.
-void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_a,
+void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_a, int threads,
                  std::vector<FeaturePair>& out) {
   std::vector<int> start(count_a + 1, 0);
   for (const Found& chunk : chunks)
@@ -354,6 +355,7 @@ void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_
   std::vector<int> next(start.begin(), start.end() - 1);
   for (const Found& chunk : chunks)
     for (const FeaturePair& pair : chunk.lists[which]) out[next[pair.a]++] = pair;
+#pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1)
   for (std::size_t a = 0; a < count_a; ++a) {
     std::sort(out.begin() + start[a], out.begin() + start[a + 1],
               [](const FeaturePair& p, const FeaturePair& q) {
@@ -403,7 +405,7 @@ void collect_features(const Scene& scene, const CandidateList& list, const Featu
     const std::size_t count = has_edges(which)           ? a.surface_mesh().edges.size()
                               : which == triangle_vertex ? b.point_count()
                                                          : a.point_count();
-    join_sorted(found, which, count, *lists[which]);
+    join_sorted(found, which, count, threads, *lists[which]);
     counters.candidate_pairs += static_cast<std::int64_t>(lists[which]->size());
   }
   for (const Found& chunk : found) counters.narrow_phase_calls += chunk.looked_at;
