@@ -30,8 +30,7 @@ struct FloatLanes {
   Vector values;
 
   FloatLanes() = default;
-  FloatLanes(float all)
-      : values(all - Vector{}) {}  // NOLINT(google-explicit-constructor): a number
+  FloatLanes(float all) : values(all - Vector{}) {}  // NOLINT(google-explicit-constructor)
   explicit FloatLanes(Vector each) : values(each) {}
 
   FloatLanes& operator+=(FloatLanes b) { return values += b.values, *this; }
