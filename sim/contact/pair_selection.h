@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "sim/contact/body_motion.h"
+#include "sim/contact/contact_search.h"
 
 namespace weft::sim {
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "sim/base/vectors.h"
 #include "sim/particles/row_batches.h"
 
 #if defined(__AVX__)

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim/case/case_reader.h"
+#include "sim/motion/dynamics.h"
 #include "sim/run/make_simulation.h"
 
 namespace weft::sim::numerics_version_test {
