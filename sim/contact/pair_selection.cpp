@@ -24,7 +24,7 @@ std::size_t PairSelection::next_feature(std::size_t i) const {
   return i;
 }
 
-// Of the pairs with the same first feature, only the nearest are looked at.
+// Looks at no more than the nearest of the pairs with the same first feature.
 void PairSelection::take(int begin, int end, std::vector<FeaturePair>& selected) const {
   selected.clear();
   const auto by_second = [](const FeaturePair& p, const FeaturePair& q) { return p.b < q.b; };

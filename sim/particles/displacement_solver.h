@@ -14,10 +14,11 @@ namespace weft::sim {
 // Corrects the displacements of a step until gap + n . (displacement of both sides) >= rest gap
 // holds for all contacts, by over-relaxed projected Gauss-Seidel sweeps over batches of contacts
 // whose spheres have changed (row_batches.h).
-// A correction moves both sides by amounts inverse to their masses. The sides of a contact are
-// convex, so this keeps them apart wherever the sweeps have converged. The order of the contacts
-// determines the batches, so the result depends neither on threads nor on the length of vector
-// registers.
+// A correction moves both sides by amounts inverse to their masses. Corrections are in single
+// precision: what rounding leaves is far below a rest gap, and overlaps are looked for afterwards.
+// The sides of a contact are convex, so this keeps them apart wherever the sweeps have converged.
+// The order of the contacts determines the batches, so the result depends neither on threads nor on
+// the length of vector registers.
 //
 // start(), then any number of add(), fix() and correct(), then keep().
 class DisplacementSolver {

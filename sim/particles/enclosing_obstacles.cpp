@@ -111,6 +111,7 @@ class Canopy {
 
 std::vector<EnclosedSpheres> enclosed_spheres(const Scene& scene) {
   std::vector<EnclosedSpheres> result;
+  if (scene.source.particles.empty()) return result;
   const auto places = [&](const SceneBody& body) {
     return std::span<const Vec3>(scene.initial_position)
         .subspan(body.first_particle, body.particle_count());

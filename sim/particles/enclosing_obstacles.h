@@ -16,7 +16,7 @@ struct EnclosedSpheres {
 // Returns the groups with spheres whose centres are inside an obstacle without borders. Inside
 // means that the winding number of its surface is not 0. A sphere whose path never meets the
 // surface stays there: that is meant in a drum, and hardly where balls should lie on a heap of
-// stones. Precondition: no sphere overlaps an obstacle. O(spheres + triangles) where triangles are
+// stones. Precondition: no centre lies on an obstacle. O(spheres + triangles) where triangles are
 // of similar size, and O(1) more for each triangle above a sphere.
 std::vector<EnclosedSpheres> enclosed_spheres(const Scene& scene);
 

@@ -62,9 +62,8 @@ class SphereGrid {
   std::uint32_t mask_ = 0;
   // Buckets from a cell to its neighbours along y and along z.
   std::uint32_t row_ = 1, plane_ = 1;
-  std::vector<std::uint32_t>
-      start_;                 // by bucket: its first slot, and the number of slots at the end
-  std::vector<Where> where_;  // by sphere
+  std::vector<std::uint32_t> start_;  // by bucket: its first slot; then the number of slots
+  std::vector<Where> where_;          // by sphere
   // By slot: the spheres in the order of their buckets.
   std::vector<double> x_, y_, z_, radius_;  // m
   std::vector<int> sphere_;
