@@ -11,6 +11,7 @@
 #include <string>
 
 #include "bsi/detail/patch_order.h"
+#include "bsi/detail/team.h"
 #include "bsi/kernels/box_build_kernels.h"
 #include "bsi/kernels/vertex_kernels.h"
 
@@ -218,8 +219,10 @@ std::optional<TexelAddress> Pyramid::rebuild_all(int ends, int threads) {
   tree_.swept = ends - 1;
   const int strips = static_cast<int>(strips_.size());
   const int team = std::min(strips, threads > 0 ? threads : omp_get_max_threads());
-#pragma omp parallel for schedule(dynamic, 1) num_threads(team) if (team > 1)
-  for (int i = 0; i < strips; ++i) rebuild_strip(strips_[i]);
+  SharedCount next(strips);
+  run_team(team, [&] {
+    for (int i = 0; next.take(i);) rebuild_strip(strips_[i]);
+  });
   const bool finite =
       std::all_of(strips_.begin(), strips_.end(), [](const Strip& s) { return s.finite; });
   if (!finite) return first_unbounded();

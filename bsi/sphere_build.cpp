@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "bsi/detail/sphere_bounds.h"
+#include "bsi/detail/team.h"
 #include "bsi/pyramid.h"
 
 namespace weft::bsi {
@@ -100,13 +101,12 @@ void Pyramid::rebuild_spheres(int patch, int threads) {
     const BoxLevel& below = level_of(patch, at + 1);
     SphereGroup* spheres = &spheres_[places_[whole.first_level + at].groups];
     const bool shared = team > 1 && 1 << (level.log_u + level.log_v) >= least_blocks_per_team;
-#pragma omp parallel for num_threads(team) if (shared)
-    for (int v = 0; v < 1 << level.log_v; ++v) {
+    parallel_for(1 << level.log_v, shared ? team : 1, [&](int v) {
       for (int u = 0; u < 1 << level.log_u; ++u) {
         bound_children(level, below, u, v,
                        spheres[(static_cast<std::size_t>(v) << level.log_u) + u]);
       }
-    }
+    });
   }
   // The whole patch has no parent. It is bounded like the first child of a block.
   BoxGroup box{};

@@ -4,11 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "bsi/detail/team.h"
+
 namespace weft::bsi {
 
 namespace {
 
 constexpr int windows_per_look = 32;
+constexpr int texels_per_part = 1024;
 
 // Upper bound of the rounding errors in the motion of a window, as a fraction of the distance of
 // the farthest particle from the first one: those of eight numbers in float32, and of sums.
@@ -134,16 +137,18 @@ int FoldWatch::middle_of(int window) const {
 float FoldWatch::place(std::span<const Vec3> x, Components& at, int threads) const {
   const Vec3 origin = x[particle_.front()];
   const int count = static_cast<int>(particle_.size());
-  float largest = 0;
-#pragma omp parallel for num_threads(threads) schedule(static) reduction(max : largest)
-  for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3f p = (x[particle_[i]] - origin).cast<float>();
-    at.x[i] = p.x();
-    at.y[i] = p.y();
-    at.z[i] = p.z();
-    largest = std::max(largest, p.cwiseAbs().maxCoeff());
-  }
-  return rounding_per_metre * largest;
+  std::vector<float> largest((count + texels_per_part - 1) / texels_per_part, 0.0F);
+  parallel_for(static_cast<int>(largest.size()), threads, [&](int part) {
+    const int first = part * texels_per_part, last = std::min(count, first + texels_per_part);
+    for (int i = first; i < last; ++i) {
+      const Eigen::Vector3f p = (x[particle_[i]] - origin).cast<float>();
+      at.x[i] = p.x();
+      at.y[i] = p.y();
+      at.z[i] = p.z();
+      largest[part] = std::max(largest[part], p.cwiseAbs().maxCoeff());
+    }
+  });
+  return rounding_per_metre * std::ranges::max(largest);
 }
 
 // Finds the motion of windows of one row since their last look.
@@ -234,8 +239,8 @@ void FoldWatch::find_rooms(std::span<const int> windows, std::span<const Vec3> x
 // Looks at windows at the ends of the paths.
 void FoldWatch::look_at(std::span<const int> windows, const Paths& paths, int threads) {
   const int count = static_cast<int>(windows.size());
-#pragma omp parallel for num_threads(threads) schedule(dynamic) if (threads > 1)
-  for (int first = 0; first < count; first += windows_per_look) {
+  parallel_for((count + windows_per_look - 1) / windows_per_look, threads, [&](int look) {
+    const int first = look * windows_per_look;
     const auto part = windows.subspan(first, std::min(windows_per_look, count - first));
     find_rooms(part, paths.end);
     for (const int w : part) {
@@ -243,7 +248,7 @@ void FoldWatch::look_at(std::span<const int> windows, const Paths& paths, int th
       record(w);
       measure(w, 1, paths.is_path());
     }
-  }
+  });
 }
 
 bool FoldWatch::follow(const Paths& paths, double stray, std::span<char> marks, int threads) {
@@ -251,9 +256,9 @@ bool FoldWatch::follow(const Paths& paths, double stray, std::span<char> marks, 
   rounding_ = place(paths.end, end_, threads);
   if (paths.is_path()) rounding_ = std::max(rounding_, place(paths.start, start_, threads));
   for (const Grid& grid : grids_) {
-#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
-    for (int row = 0; row < grid.window_rows(); ++row)
+    parallel_for(grid.window_rows(), threads, [&](int row) {
       measure(grid.first_window + row * grid.window_cols(), grid.window_cols(), paths.is_path());
+    });
   }
   std::vector<int> used_up;
   for (int w = 0; w < window_count(); ++w)

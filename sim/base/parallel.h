@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "bsi/detail/team.h"
 #include "sim/base/vectors.h"
 
 namespace weft::sim {
@@ -33,13 +34,11 @@ class Chunks {
 };
 
 // Calls body(chunk, first, last) for every chunk [first, last) of [0, count), on up to `threads`
-// threads. The same loop serves one thread and many. In a separate loop for one thread, the
-// compiler might fuse multiplications and additions differently, which would change the last bit.
+// threads.
 template <class Body>
 void parallel_numbered_chunks(const Chunks& chunks, int threads, const Body& body) {
-  const int size = chunks.size();
-#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && size > 1)
-  for (int c = 0; c < size; ++c) body(c, chunks.first(c), chunks.last(c));
+  bsi::parallel_for(chunks.size(), threads,
+                    [&](int c) { body(c, chunks.first(c), chunks.last(c)); });
 }
 
 // Calls body(first, last) for every chunk [first, last) of [0, count), on up to `threads` threads.

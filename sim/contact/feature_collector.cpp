@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "bsi/detail/feature_batches.h"
+#include "bsi/detail/team.h"
 #include "sim/contact/path_box.h"
 #include "sim/contact/surface_features.h"
 
@@ -355,13 +356,12 @@ void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_
   std::vector<int> next(start.begin(), start.end() - 1);
   for (const Found& chunk : chunks)
     for (const FeaturePair& pair : chunk.lists[which]) out[next[pair.a]++] = pair;
-#pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1)
-  for (std::size_t a = 0; a < count_a; ++a) {
+  bsi::parallel_for(static_cast<int>(count_a), threads, [&](int a) {
     std::sort(out.begin() + start[a], out.begin() + start[a + 1],
               [](const FeaturePair& p, const FeaturePair& q) {
                 return p.distance < q.distance || (p.distance == q.distance && p.b < q.b);
               });
-  }
+  });
 }
 
 }  // namespace
@@ -382,12 +382,11 @@ void collect_features(const Scene& scene, const CandidateList& list, const Featu
   const std::optional<BoxedFeatures> of_b =
       list.is_self() ? std::nullopt : std::optional<BoxedFeatures>(std::in_place, b, path);
   const int threads = scene.threads;
-#pragma omp parallel num_threads(threads) if (threads > 1 && chunks > 1)
-  {
+  bsi::SharedCount next(chunks);
+  bsi::run_team(std::min(threads, chunks), [&] {
     Gatherer gatherer(scene, list, of_a, of_b ? *of_b : of_a, reach, parts);
     std::vector<bsi::PairInReach> in_reach;
-#pragma omp for schedule(dynamic)
-    for (int c = 0; c < chunks; ++c) {
+    for (int c = 0; next.take(c);) {
       const std::size_t first = static_cast<std::size_t>(c) * quad_pairs_per_chunk;
       const Batches& batches = gatherer.gather(quad_pairs.subspan(
           first, std::min<std::size_t>(quad_pairs_per_chunk, quad_pairs.size() - first)));
@@ -398,7 +397,7 @@ void collect_features(const Scene& scene, const CandidateList& list, const Featu
         found[c].looked_at += static_cast<std::int64_t>(batches[which].features.size());
       }
     }
-  }
+  });
   const auto lists = lists_of(pairs);
   for (int which = 0; which < list_count; ++which) {
     if (has_neighbours(which) && reach.neighbourhoods == nullptr) continue;

@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "bsi/detail/team.h"
+
 namespace weft::sim {
 
 // Divides stencils into chunks of consecutive stencils. Each chunk has a colour, and chunks of one
@@ -24,13 +26,10 @@ class StencilChunks {
     // pass.
     const auto passes = threads > 1 ? std::span(colours_) : std::span(&order_, 1);
     for (const std::vector<int>& chunks : passes) {
-      const int chunk_count = static_cast<int>(chunks.size());
-#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && chunk_count > 1)
-      for (int c = 0; c < chunk_count; ++c) {
+      bsi::parallel_for(static_cast<int>(chunks.size()), threads, [&](int c) {
         const int first = chunks[c] * stencils_per_chunk_;
-        const int last = std::min(stencil_count_, first + stencils_per_chunk_);
-        body(first, last);
-      }
+        body(first, std::min(stencil_count_, first + stencils_per_chunk_));
+      });
     }
   }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "bsi/detail/team.h"
+
 namespace weft::sim {
 
 namespace {
@@ -42,12 +44,10 @@ GaussSeidel::GaussSeidel(const BlockPattern& pattern)
 
 template <class Body>
 void GaussSeidel::run_chunks(const std::vector<int>& chunks, int threads, const Body& body) const {
-  const int count = static_cast<int>(chunks.size());
-#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1 && count > 1)
-  for (int c = 0; c < count; ++c) {
+  bsi::parallel_for(static_cast<int>(chunks.size()), threads, [&](int c) {
     const int first = chunks[c] * rows_per_chunk_;
     body(first, std::min(rows_, first + rows_per_chunk_));
-  }
+  });
 }
 
 void GaussSeidel::solve_forward(const SingleBlockMatrix& matrix,
