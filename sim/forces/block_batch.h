@@ -21,20 +21,32 @@ inline LaneRows rows_of(const BlockBatch& value, int start) {
   return rows;
 }
 
-// Adds the blocks of the first `lanes` stencils to the upper blocks of a matrix with the indices
-// `places`. Not inlined, because its code is long and each batch calls it for many pairs of nodes.
+// A matrix that blocks are added to. If `scaled` is given, a matrix with the same pattern, the
+// blocks times `factor`, by stencil, are added to it, too.
+struct BlockTarget {
+  BlockMatrix& matrix;
+  BlockMatrix* scaled = nullptr;
+  materials::Lanes factor = 0;
+};
+
+// Adds the blocks of the first `lanes` stencils to the upper blocks with the indices `places`. Not
+// inlined, because its code is long and each batch calls it for many pairs of nodes.
 [[gnu::noinline]] inline void add_block(int lanes, const BlockBatch& value,
-                                        const LaneIntegers& places, BlockMatrix& matrix) {
+                                        const LaneIntegers& places, const BlockTarget& into) {
   using materials::lane_count;
   std::array<LaneRows, 8 / lane_count> rows;
   for (int part = 0; part < 8 / lane_count; ++part) rows[part] = rows_of(value, part * lane_count);
 #pragma GCC unroll 8
   for (int lane = 0; lane < lane_count; ++lane) {
     if (lane == lanes) break;
-    double* block = matrix.upper_block(places.values[lane]).data();
-    for (int part = 0; part < 8 / lane_count; ++part)
-      reinterpret_cast<materials::UnalignedLanes*>(block)[part] += rows[part][lane];
-    block[8] += value.data()[8].values[lane];
+    const auto add_to = [&](BlockMatrix& matrix, double factor) {
+      double* block = matrix.upper_block(places.values[lane]).data();
+      for (int part = 0; part < 8 / lane_count; ++part)
+        reinterpret_cast<materials::UnalignedLanes*>(block)[part] += factor * rows[part][lane];
+      block[8] += factor * value.data()[8].values[lane];
+    };
+    add_to(into.matrix, 1.0);
+    if (into.scaled != nullptr) add_to(*into.scaled, into.factor.values[lane]);
   }
 }
 
@@ -60,20 +72,21 @@ inline BlockBatch mixed(const BlockBatch& value, const BlockBatch& transposed,
 // Adds the blocks of particles a and b to the upper blocks with the indices `places`. If a > b,
 // adds the transpose. If a == b, adds the sum of the block and its transpose.
 inline void add_pair_block(int lanes, const BlockBatch& value, const LaneIntegers& a,
-                           const LaneIntegers& b, const LaneIntegers& places, BlockMatrix& matrix) {
+                           const LaneIntegers& b, const LaneIntegers& places,
+                           const BlockTarget& into) {
   unsigned behind = 0, one = 0;
   for (int lane = 0; lane < materials::lane_count; ++lane) {
     behind |= static_cast<unsigned>(a.values[lane] > b.values[lane]) << lane;
     one |= static_cast<unsigned>(a.values[lane] == b.values[lane]) << lane;
   }
   constexpr unsigned all = (1U << materials::lane_count) - 1;
-  if (one == 0 && behind == 0) return add_block(lanes, value, places, matrix);
+  if (one == 0 && behind == 0) return add_block(lanes, value, places, into);
   BlockBatch transposed;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) transposed(i, j) = value(j, i);
   }
-  if (behind == all) return add_block(lanes, transposed, places, matrix);
-  add_block(lanes, mixed(value, transposed, a, b), places, matrix);
+  if (behind == all) return add_block(lanes, transposed, places, into);
+  add_block(lanes, mixed(value, transposed, a, b), places, into);
 }
 
 }  // namespace weft::sim

@@ -19,6 +19,7 @@ using Modulus = QuadBending::Modulus;
 // The law of a batch of quads whose bending stiffness depends on the curvature
 // (materials/curved_bending.h).
 struct CurvedBendingBatch {
+  static constexpr bool damps_like_stiffness = true;
   std::shared_ptr<const materials::CurvedBending> law;  // shared by all batches
   std::array<materials::StrainMapOf<Lanes>, 2> maps;
   Hinges rest_angles;

@@ -89,7 +89,7 @@ class DragForce final : public Force {
           if constexpr (b == 3) return scale * other;
           return scale * both;
         },
-        into.is_joined() ? into.stiffness : *into.damping);
+        {into.is_joined() ? into.stiffness : *into.damping});
     if (!into.is_joined()) return;
     const Corners along = quads_.gather(first, into.along);
     const Vec3Of<Lanes> middle = along.col(1) + along.col(2);

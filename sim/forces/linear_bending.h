@@ -14,6 +14,7 @@ struct LinearBending {
   using Hinges = QuadBending::Hinges;
   using Modulus = QuadBending::Modulus;
 
+  static constexpr bool damps_like_stiffness = true;
   std::array<Modulus, 2> own;
   Hinges rest_angles;
 

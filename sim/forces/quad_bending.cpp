@@ -135,10 +135,10 @@ QuadBending::QuadBending(const BendingQuads& quads, int particle_count)
       is_damped_(quads.is_damped) {}
 
 WEFT_FLATTEN void QuadBending::add_elastic(int first, const std::array<Modulus, 2>& moduli,
-                                           const Slopes& slopes, BlockMatrix& matrix) const {
+                                           const Slopes& slopes, const BlockTarget& into) const {
   const ElasticBlocks elastic(moduli, slopes);
   quads_.scatter_blocks(
-      first, [&](auto a, auto b) { return elastic.block<a, b>(); }, matrix);
+      first, [&](auto a, auto b) { return elastic.block<a, b>(); }, into);
 }
 
 WEFT_FLATTEN void QuadBending::add_stressed(int first, const std::array<Modulus, 2>& moduli,
@@ -146,14 +146,13 @@ WEFT_FLATTEN void QuadBending::add_stressed(int first, const std::array<Modulus,
                                             const Hinges& moments, BlockMatrix& matrix) const {
   const ElasticBlocks elastic(moduli, slopes);
   const StressBlocks stress(x, moments);
-  quads_.scatter_blocks(
-      first,
-      [&](auto a, auto b) {
-        Mat3Of<Lanes> block = elastic.block<a, b>();
-        stress.add<a, b>(block);
-        return block;
-      },
-      matrix);
+  quads_.scatter_blocks(first,
+                        [&](auto a, auto b) {
+                          Mat3Of<Lanes> block = elastic.block<a, b>();
+                          stress.add<a, b>(block);
+                          return block;
+                        },
+                        {matrix});
 }
 
 void QuadBending::add_damping(int first, const std::array<Modulus, 2>& viscosities,
@@ -162,7 +161,7 @@ void QuadBending::add_damping(int first, const std::array<Modulus, 2>& viscositi
   if (!into.is_joined()) {
     return add_elastic(first,
                        {viscosities[0].scaled(damping_times), viscosities[1].scaled(damping_times)},
-                       slopes, *into.damping);
+                       slopes, {*into.damping});
   }
   const Hinges rates = slopes.along(quads_.gather(first, into.along));
   Hinges pulls = sum_of_triangles([&](int t) { return viscosities[t] * of_triangle(rates, t); });

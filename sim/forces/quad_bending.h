@@ -68,10 +68,10 @@ class QuadBending : public Force {
     return vectors;
   }
 
-  // Adds B^T C B to `matrix` for the batch of quads that starts at quad `first`. B = d theta / d x
-  // are the slopes of the hinge angles theta, and C the moduli.
+  // Adds B^T C B for the batch of quads that starts at quad `first`. B = d theta / d x are the
+  // slopes of the hinge angles theta, and C the moduli.
   void add_elastic(int first, const std::array<Modulus, 2>& moduli, const Slopes& slopes,
-                   BlockMatrix& matrix) const;
+                   const BlockTarget& into) const;
   // Adds B^T C B + sum_h moment_h d^2 theta_h / dx dx for a batch, with the sum over its hinges h.
   void add_stressed(int first, const std::array<Modulus, 2>& moduli, const Slopes& slopes,
                     const Nodes& x, const Hinges& moments, BlockMatrix& matrix) const;
@@ -94,6 +94,7 @@ class QuadBending : public Force {
 //   Hinges moments(strains) const;                            // dW/d theta, N m
 //   Hinges moments(strains, damping_time, rates) const;       // the damping moments included
 //   std::array<Modulus, 2> viscosities(strains) const;        // V of each triangle, N m
+//   static constexpr bool damps_like_stiffness;  // true if V is the semi-definite modulus
 //   std::array<Modulus, 2> joined(strains, definiteness, inverse_gamma, damping_time) const;
 //       // d^2 W/d theta d theta or, if semi-definite, V; plus V damping_time inverse_gamma
 template <class Batch>
@@ -176,12 +177,17 @@ class BendingForce : public QuadBending {
     const HingeVectors hinges = hinge_vectors(x);
     const Slopes slopes(hinges);
     const Hinges strains = strains_of(batch, hinges);
+    if (Batch::damps_like_stiffness && is_damped_ && !into.is_joined() &&
+        definiteness == Definiteness::semi_definite) {
+      return add_elastic(first, batch.viscosities(strains), slopes,
+                         {into.stiffness, into.damping, damping_times_.batch(first)});
+    }
     if (is_damped_) add_damping(first, batch.viscosities(strains), slopes, into);
     const std::array<Modulus, 2> moduli =
         batch.joined(strains, definiteness, into.inverse_gamma,
                      is_damped_ ? Lanes(damping_times_.batch(first)) : Lanes(0));
     if (definiteness == Definiteness::semi_definite)
-      return add_elastic(first, moduli, slopes, into.stiffness);
+      return add_elastic(first, moduli, slopes, {into.stiffness});
     Hinges stress = moments(first, strains, slopes, state);
     for (int h = 0; h < hinge_count; ++h)
       stress[h] = materials::choose(hinges[h].flat_triangle, 0.0, stress[h]);

@@ -90,13 +90,12 @@ class StencilArray {
   // and b are integral constants. It is called for each coupled pair with a <= b. Precondition:
   // attach().
   template <class BlockOf>
-  void scatter_blocks(int first, const BlockOf& block_of, BlockMatrix& matrix) const {
-    blocks_.scatter(nodes_, first, block_of, matrix);
+  void scatter_blocks(int first, const BlockOf& block_of, const BlockTarget& into) const {
+    blocks_.scatter(nodes_, first, block_of, into);
   }
   void scatter(int first, const materials::StencilMatrix<Lanes, Nodes>& values,
                BlockMatrix& matrix) const {
-    scatter_blocks(
-        first, [&](auto a, auto b) -> const auto& { return values(a, b); }, matrix);
+    scatter_blocks(first, [&](auto a, auto b) -> const auto& { return values(a, b); }, {matrix});
   }
   // Adds a symmetric `value` to the diagonal blocks of both nodes of stencil i and subtracts it
   // from the block between them. Precondition: attach().

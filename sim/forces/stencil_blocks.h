@@ -40,16 +40,16 @@ class StencilBlocks {
   // and b are integral constants. It is called for each coupled pair with a <= b.
   template <class BlockOf>
   void scatter(const Stencils& stencils, int first, const BlockOf& block_of,
-               BlockMatrix& matrix) const {
+               const BlockTarget& into) const {
     const int lanes = stencils.lanes_of(first);
     const auto& nodes = stencils.batch(first);
     int pair = 0;
     for_each_coupled_pair<Nodes, Layout>([&](auto a, auto b) {
       if constexpr (a == b) {
-        add_block(lanes, block_of(a, b), diagonal_places(nodes[a], matrix.pattern()), matrix);
+        add_block(lanes, block_of(a, b), diagonal_places(nodes[a], into.matrix.pattern()), into);
       } else {
         add_pair_block(lanes, block_of(a, b), nodes[a], nodes[b],
-                       places_[first / lane_count][pair++], matrix);
+                       places_[first / lane_count][pair++], into);
       }
     });
   }

@@ -25,6 +25,7 @@ using Modulus = QuadBending::Modulus;
 
 // A batch of quads that yield, from the creases with which the step begins (materials/crease.h).
 struct YieldingBending : LinearBending {
+  static constexpr bool damps_like_stiffness = false;
   std::array<YieldLawOf<Lanes>, 2> laws;
   std::array<CreaseOf<Lanes>, 2> creases;
 
