@@ -241,10 +241,13 @@ void CvodeIntegrator::Implementation::find_swing() {
   double last = 0, next = 0;
   CVodeGetLastStep(cvode, &last);
   CVodeGetCurrentStep(cvode, &next);
-  const double both = std::sqrt(N_VDotProd(step_error, step_error) *
-                                N_VDotProd(previous_step_error, previous_step_error));
-  const bool swings =
-      next <= last && N_VDotProd(step_error, previous_step_error) < swing_cosine * both;
+  const auto is_opposed = [&] {
+    const double product = N_VDotProd(step_error, previous_step_error);
+    return product < 0 &&
+           product < swing_cosine * std::sqrt(N_VDotProd(step_error, step_error) *
+                                              N_VDotProd(previous_step_error, previous_step_error));
+  };
+  const bool swings = next <= last && is_opposed();
   tight_steps_left = swings ? tight_steps : std::max(0, tight_steps_left - 1);
   set_newton_tolerance();
 }
