@@ -116,7 +116,8 @@ TEST(Preview, DrapesWithoutCrossingsAndGainsNoEnergy) {
   for (const double step : steps) {
     const Preview preview = run(drape, step, 0.5);
     EXPECT_EQ(preview.crossings, 0) << step;
-    EXPECT_EQ(preview.counts.vetoed_steps, 0) << step;  // stops that pull cost ten cuts
+    // Sheets that start a micrometre apart have none, one or two cuts. Stops that pull cost ten.
+    EXPECT_LE(preview.counts.vetoed_steps, 3) << step;
     EXPECT_LE(preview.gained, 0.002 * preview.most) << step;
     EXPECT_LT(preview.stretch, 0.16) << step;
   }
