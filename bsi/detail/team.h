@@ -57,9 +57,11 @@ class SharedCount {
 // Calls work() once on each of `threads` threads.
 template <class Work>
 void run_team(int threads, const Work& work) {
-  if (threads <= 1) return run_range(0, 1, [&](int) { work(); });
+  // Both calls share one function object: each lambda expression would have a copy of its own.
+  const auto once = [&](int) { work(); };
+  if (threads <= 1) return run_range(0, 1, once);
 #pragma omp parallel num_threads(threads)
-  run_range(0, 1, [&](int) { work(); });
+  run_range(0, 1, once);
 }
 
 }  // namespace weft::bsi

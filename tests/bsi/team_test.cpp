@@ -1,3 +1,5 @@
+// Loops of one thread or of a team: each number once and in order, and no parallel region for one
+// thread.
 #include "bsi/detail/team.h"
 
 #include <gtest/gtest.h>
