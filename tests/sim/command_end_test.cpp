@@ -30,8 +30,11 @@ class CommandEnd : public WeftCommand {
     return Json::parse(weft({"info", file, "--json"}).out);
   }
   std::string info_text() const { return weft({"info", "out/sheet.h5"}).out; }
+  // Its steps are short: long ones gain energy, which would end the run within 0.3 s.
   WeftProcess endless_run() const {
-    return {folder(), {"run", "sheet.toml", "--json", "--quiet", "--set", "time.duration=1e4"}};
+    return {folder(),
+            {"run", "sheet.toml", "--json", "--quiet", "--set", "time.duration=1e4", "--set",
+             "time.maximum_step=1e-5"}};
   }
 };
 
