@@ -102,9 +102,6 @@ Case parse_case(const std::string& text, const std::string& path,
   result.method_location = locations.value("time.method");
   result.accuracy_location = locations.value("time.accuracy");
   check_case(result, locations);
-  // Only impulses turn particles. Resolved cases say so, because others refuse spin = true.
-  if (result.time.method != TimeMethod::impulses)
-    for (ParticlesCase& particles : result.particles) particles.spin = false;
   result.resolved_text = case_text(result);
   return result;
 }

@@ -63,20 +63,11 @@ class ParticlesChecker {
            "expected time.position_tolerance and time.relative_tolerance, or time.step");
   }
 
-  // Only impulses turn particles.
   void turning(const ParticlesCase& of, const std::string& path) const {
-    if (collides()) return;
-    const std::string with = " with time.method = " + in_quotes(traits_of(case_.time.method).name);
-    const std::string spin = join_path(path, "spin");
-    const std::string rate = join_path(path, "angular_velocity_deg");
-    if (locations_.given(spin) && of.spin)
-      fail(spin, "particles " + in_quotes(of.name) + " that spin" + with,
-           "expected spin = false, or, without bodies, time.method = \"impulses\": only impulses "
-           "turn particles");
-    if (!of.angular_velocity_deg.isZero(0))
-      fail(rate, "an angular velocity of particles " + in_quotes(of.name) + with,
-           "expected none, or, without bodies, time.method = \"impulses\": only impulses turn "
-           "particles");
+    if (of.spin || of.angular_velocity_deg.isZero(0)) return;
+    fail(join_path(path, "angular_velocity_deg"),
+         "an angular velocity of particles " + in_quotes(of.name) + " with spin = false",
+         "expected none, or spin = true");
   }
 
   void positions(const ParticlesCase& of, const std::string& path) const {

@@ -59,13 +59,12 @@ Table describe(ParticlesCase& target) {
       field("radius", &radius, "m", positive, "Radius of each particle.").needed(),
       field("density", &density, "kg/m^3", positive, "Mass per volume."),
       field("velocity", &velocity, "m/s", any, "Velocity at the start."),
-      field(
-          "angular_velocity_deg", &angular_velocity, "degrees/s", any,
-          "Angular velocity of each particle at the start, about its centre: axis times rate. Only "
-          "with time.method = \"impulses\"."),
+      field("angular_velocity_deg", &angular_velocity, "degrees/s", any,
+            "Angular velocity of each particle at the start, about its centre: axis times rate. "
+            "Needs "
+            "spin = true."),
       field("spin", &spin,
-            "With time.method = \"impulses\": lets friction turn the particles, as solid spheres. "
-            "Without it, and with other methods, they only slide."),
+            "Lets friction turn the particles, as solid spheres. Without it they only slide."),
       field("restitution", &restitution, "", {0, 1},
             "Speed of parting after an impact, divided by the speed of approach. Between two "
             "groups the larger number holds. Cloth has its own elasticity and damping instead."),

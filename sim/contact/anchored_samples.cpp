@@ -42,7 +42,9 @@ void SurfaceContact::advance_anchors(Anchors& anchors) const {
     const int vertex = pairs_[i].nodes[0], surface = pairs_[i].surface;
     const ContactPair* nearest = nullptr;
     for (; i < pairs_.size() && pairs_[i].nodes[0] == vertex && pairs_[i].surface == surface; ++i) {
-      const bool counts = surface >= 0 && pairs_[i].sliding >= 0;
+      // Anchors would keep spheres from rolling.
+      const bool counts =
+          surface >= 0 && pairs_[i].sliding >= 0 && !sliding_[pairs_[i].sliding].has_spins();
       if (counts && (nearest == nullptr || pairs_[i].gap < nearest->gap)) nearest = &pairs_[i];
     }
     if (nearest == nullptr) continue;

@@ -172,6 +172,10 @@ void Contact::add_forces_to(std::span<Vec3> normal, std::span<Vec3> friction) co
           map.add_transpose(pair.nodes[i], 1, sliding.lever[i].transpose() * sliding.force,
                             friction);
       }
+      for (const SpinArm& spin : sliding.spins) {
+        if (spin.point >= 0)
+          map.add_transpose(spin.point, spin.arm, sliding.force.cross(pair.normal), friction);
+      }
     }
     for (const MollifierForce& mollified : surface_.mollified()) {
       for (int i = 0; i < 4; ++i) {
@@ -202,6 +206,12 @@ void Contact::add_wrenches(std::span<const Vec3> position, std::span<Wrench> by_
         add(*wrench, pair.nodes[i], pair.weight[i] * pair.push * pair.normal);
         if (sliding != nullptr)
           add(*wrench, pair.nodes[i], sliding->lever[i].transpose() * sliding->force);
+      }
+      for (int k = 0; sliding != nullptr && k < 2; ++k) {
+        const SpinArm& spin = sliding->spins[k];
+        if (spin.point < 0) continue;
+        const double radius = scene_.bodies[scene_.body_index_of_point(spin.point)].spheres->radius;
+        wrench->moment += radius * spin.arm * sliding->force.cross(pair.normal);
       }
     }
     for (const MollifierForce& mollified : surface_.mollified()) {
@@ -244,6 +254,9 @@ void Contact::mark_particles_in_reach(std::vector<char>& marks) const {
         }
       }
     }
+    if (pair.sliding < 0) continue;
+    for (const SpinArm& spin : surface_.sliding(pair.sliding).spins)
+      if (spin.point >= 0) marks[scene_.main_particle(spin.point)] = 1;
   }
 }
 
@@ -287,7 +300,13 @@ void Contact::add_sliding_products(const Factor& factor, std::span<const Vec3> i
       for (int i = 0; i < 4; ++i) {
         if (pair.nodes[i] < count) sum += sliding.lever[i] * map.apply(pair.nodes[i], in);
       }
+      for (const SpinArm& spin : sliding.spins)
+        if (spin.point >= 0) sum += spin.arm * pair.normal.cross(map.apply(spin.point, in));
       const Vec3 product = factor(sliding) * (sliding.slope * sum);
+      for (const SpinArm& spin : sliding.spins) {
+        if (spin.point >= 0)
+          map.add_transpose(spin.point, spin.arm, product.cross(pair.normal), out);
+      }
       for (int i = 0; i < 4; ++i) {
         if (pair.nodes[i] < count)
           map.add_transpose(pair.nodes[i], 1, sliding.lever[i].transpose() * product, out);
@@ -311,6 +330,22 @@ void Contact::subtract_stiffness(double factor, std::span<const Vec3> in,
 }
 
 Contact::Stencil Contact::stencil(const ContactPair& pair, StencilRoom& room) const {
+  const Stencil points = stencil_of_points(pair, room);
+  if (pair.sliding < 0 || !surface_.sliding(pair.sliding).has_spins()) return points;
+  StencilRoom all{{points.particles.begin(), points.particles.end()},
+                  {points.weights.begin(), points.weights.end()},
+                  {points.levers.begin(), points.levers.end()}};
+  for (const SpinArm& spin : surface_.sliding(pair.sliding).spins) {
+    if (spin.point < 0) continue;
+    all.particles.push_back(scene_.main_particle(spin.point));
+    all.weights.push_back(0);
+    all.levers.emplace_back(spin.arm * cross_matrix(pair.normal));
+  }
+  room = std::move(all);
+  return {room.particles, room.weights, room.levers};
+}
+
+Contact::Stencil Contact::stencil_of_points(const ContactPair& pair, StencilRoom& room) const {
   if (!scene_.surface_map.is_identity()) return joined_stencil(pair, room);
   // A sphere has all its weight on the first of three equal nodes.
   const std::size_t count = pair.nodes[1] == pair.nodes[2] ? 2 : 4;

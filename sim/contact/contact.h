@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/contact/contact_pair.h"
 #include "sim/contact/curved_paths.h"
 #include "sim/contact/surface_contact.h"
 #include "sim/matrix/block_matrix.h"
@@ -107,15 +108,15 @@ class Contact {
   // Call the functions of SurfaceContact with these names.
   void use_anchors(const AnchorHistory& anchors) { surface_.use_anchors(anchors); }
   void advance_anchors(Anchors& anchors) const { surface_.advance_anchors(anchors); }
-  // The part of one pair in gamma^2 K + gamma D, for preconditioners. Its block for two dynamic
+  // A part of one pair in gamma^2 K + gamma D, for preconditioners. Its block for two dynamic
   // particles i and j is weight_i weight_j `block`. `block` is positive semi-definite. For
-  // friction, the weights replace the levers.
+  // friction, the weights replace the levers. The spin of a sphere has a part of its own.
   struct Coupling {
     std::span<const int> particles;  // no particle occurs twice
     std::span<const double> weights;
     Mat3 block;
   };
-  // Calls visit(coupling) for every pair in reach.
+  // Calls visit(coupling) for every part of every pair in reach.
   template <class Visit>
   void visit_definite_couplings(double gamma, const Visit& visit) const;
   const RigidObstacles& obstacles() const { return surface_.obstacles(); }
@@ -193,10 +194,10 @@ class Contact {
   struct Points {
     std::vector<Vec3> position, velocity;
   };
-  // The particles on which the four points of a pair depend, each once. The separation of the
-  // closest points is the sum of `weights` times particle positions. With friction, the sliding
-  // velocity (Sliding) depends on the particle velocities through `levers`; without friction,
-  // `levers` is empty.
+  // The particles on which the four points of a pair depend, each once, and the spins of its
+  // spheres, whose weight is zero. The separation of the closest points is the sum of `weights`
+  // times particle positions. With friction, the sliding velocity (Sliding) depends on the particle
+  // velocities through `levers`; without friction, `levers` is empty.
   struct Stencil {
     std::span<const int> particles;
     std::span<const double> weights;
@@ -238,6 +239,7 @@ class Contact {
   void add_sliding_products(const Factor& factor, std::span<const Vec3> in,
                             std::span<Vec3> out) const;
   Stencil stencil(const ContactPair& pair, StencilRoom& room) const;
+  Stencil stencil_of_points(const ContactPair& pair, StencilRoom& room) const;
   Stencil joined_stencil(const ContactPair& pair, StencilRoom& room) const;
   bool is_dynamic(int particle) const { return particle < scene_.dynamic_particles; }
   static double normal_block(const ContactPair& pair, double gamma) {
@@ -287,8 +289,18 @@ template <class Visit>
 void Contact::visit_definite_couplings(double gamma, const Visit& visit) const {
   StencilRoom room;
   for (const ContactPair& pair : surface_.pairs()) {
-    const Stencil of = stencil(pair, room);
+    const Stencil of = stencil_of_points(pair, room);
     visit(Coupling{of.particles, of.weights, definite_block(pair, gamma)});
+    if (pair.sliding < 0 || pair.coefficient < 0) continue;
+    const Sliding& sliding = surface_.sliding(pair.sliding);
+    for (const SpinArm& spin : sliding.spins) {
+      if (spin.point < 0) continue;
+      const int particle = scene_.main_particle(spin.point);
+      const Mat3 turn = cross_matrix(pair.normal);
+      visit(Coupling{{&particle, 1},
+                     {&spin.arm, 1},
+                     sliding_factor(sliding, gamma) * turn.transpose() * sliding.slope * turn});
+    }
   }
 }
 

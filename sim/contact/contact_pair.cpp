@@ -13,12 +13,6 @@ namespace {
 // this. They then do not determine the rotation of the surface.
 constexpr double parallel_squared_sine = 1e-12;
 
-Mat3 cross_matrix(const Vec3& v) {
-  Mat3 matrix;
-  matrix << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return matrix;
-}
-
 // Returns turn_1 and turn_2 of a surface spanned by e1 and e2. They give its angular velocity from
 // the rates of e1 and e2:
 //   omega = turn_1 e1' + turn_2 e2',
@@ -66,6 +60,12 @@ std::optional<std::array<Mat3, 4>> sliding_levers(bsi::FeatureKind kind,
 
 }  // namespace
 
+Mat3 cross_matrix(const Vec3& v) {
+  Mat3 matrix;
+  matrix << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return matrix;
+}
+
 double apply_push(const ContactLaw& law, double thickness, double mollifier,
                   const bsi::Closest& closest, std::span<const Vec3> velocity, ContactPair& pair) {
   const double distance = std::sqrt(closest.squared_distance);
@@ -95,27 +95,30 @@ Vec3 rigid_spin(const std::array<Vec3, 3>& position, const std::array<Vec3, 3>& 
   return (*turn)[0] * (velocity[1] - velocity[0]) + (*turn)[1] * (velocity[2] - velocity[0]);
 }
 
-std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
-                                   double barrier_push, const bsi::Closest& closest,
-                                   const bsi::FourPoints& points, std::span<const Vec3> velocity,
-                                   const std::optional<Vec3>& obstacle_spin,
-                                   const Vec3* from_anchor, const ContactPair& pair) {
+std::optional<Sliding> friction_of(const ContactLaw& law, double barrier_push,
+                                   const SlidingFeatures& features, const ContactPair& pair) {
   const double limit = law.friction * barrier_push;
   if (limit == 0) return std::nullopt;
+  const bsi::Closest& closest = features.closest;
   Sliding sliding;
   Vec3 u = Vec3::Zero();
-  if (obstacle_spin) {
+  if (features.obstacle_spin) {
     const Mat3 across = Mat3::Identity() - pair.normal * pair.normal.transpose();
     for (int i = 0; i < 4; ++i) sliding.lever[i] = closest.weight[i] * across;
-    u = -across * obstacle_spin->cross(closest.separation);
+    u = -across * features.obstacle_spin->cross(closest.separation);
   } else {
-    const auto lever = sliding_levers(kind, closest, points, pair.normal);
+    const auto lever = sliding_levers(features.kind, closest, features.points, pair.normal);
     if (!lever) return std::nullopt;
     sliding.lever = *lever;
   }
-  for (int i = 0; i < 4; ++i) u += sliding.lever[i] * velocity[pair.nodes[i]];
-  if (from_anchor != nullptr) {
-    u += law.hold_rate * (*from_anchor - pair.normal.dot(*from_anchor) * pair.normal);
+  for (int i = 0; i < 4; ++i) u += sliding.lever[i] * features.velocity[pair.nodes[i]];
+  sliding.spins = features.spins;
+  for (const SpinArm& spin : features.spins) {
+    if (spin.point >= 0) u += spin.arm * pair.normal.cross(features.velocity[spin.point]);
+  }
+  if (features.from_anchor != nullptr) {
+    const Vec3& offset = *features.from_anchor;
+    u += law.hold_rate * (offset - pair.normal.dot(offset) * pair.normal);
     sliding.hold_rate = law.hold_rate;
   }
   const double speed = u.norm();

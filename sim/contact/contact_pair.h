@@ -27,6 +27,12 @@ struct ContactLaw {
   double settling_speed = 0, restitution = 0;
 };
 
+// The part of a sphere that turns in the sliding velocity of a pair (Sliding).
+struct SpinArm {
+  int point = -1;  // surface point that is the spin of the sphere; -1: the feature does not turn
+  double arm = 0;
+};
+
 // Friction of a pair. It acts on the tangential sliding velocity u with the forces lever_i^T f,
 // where lever_i = du / dv_i. u is the velocity of the first feature's closest point minus the
 // velocity of the second feature there. To this end, one feature is extended as a rigid body. If a
@@ -35,14 +41,23 @@ struct ContactLaw {
 // is then zero in every rigid motion of all four points, so that the friction forces have neither a
 // resultant nor a torque.
 //
+// A sphere that turns adds the velocity of its surface. With the normal n from the second feature
+// to the first, a radius r and an angular velocity omega = w / r, that is n x w, whichever feature
+// the sphere is. w is the velocity of the sphere's spin (sim/scene/sphere_groups.h), whose force is
+// f x n. Both are multiplied by the `arm` of the sphere, the distance of its centre from the place
+// where the friction acts, as part of r.
+//
 // For an anchored contact, ContactLaw::hold_rate times the displacement from the anchor is added to
 // u. The displacement depends on the positions as u does on the velocities, so that `slope` times
 // `hold_rate` is the stiffness of the contact along the surface.
 struct Sliding {
   std::array<Mat3, 4> lever;
-  Vec3 force{0, 0, 0};        // force on the first feature, N
-  Mat3 slope = Mat3::Zero();  // -d force / d u, N s/m; its sign is that of the coefficient
-  double hold_rate = 0;       // 1/s; 0 without an anchor
+  std::array<SpinArm, 2> spins;  // of the first and the second feature
+  Vec3 force{0, 0, 0};           // force on the first feature, N
+  Mat3 slope = Mat3::Zero();     // -d force / d u, N s/m; its sign is that of the coefficient
+  double hold_rate = 0;          // 1/s; 0 without an anchor
+
+  bool has_spins() const { return spins[0].point >= 0 || spins[1].point >= 0; }
 };
 
 struct ContactPair {
@@ -74,20 +89,31 @@ struct MollifierForce {
 double apply_push(const ContactLaw& law, double thickness, double mollifier,
                   const bsi::Closest& closest, std::span<const Vec3> velocity, ContactPair& pair);
 
+// Returns the matrix M with M u = v x u.
+Mat3 cross_matrix(const Vec3& v);
+
 // Returns the angular velocity (rad/s) of a triangle that moves as a rigid body, or zero if it has
 // no area.
 Vec3 rigid_spin(const std::array<Vec3, 3>& position, const std::array<Vec3, 3>& velocity);
 
+// What the friction of a pair depends on, beside its law and its push.
+struct SlidingFeatures {
+  bsi::FeatureKind kind;
+  const bsi::Closest& closest;
+  const bsi::FourPoints& points;   // m
+  std::span<const Vec3> velocity;  // of all surface points, m/s
+  // Angular velocity (rad/s) of the feature that belongs to an obstacle, if any. Zero for a sphere
+  // and what it touches, which have their arms instead.
+  std::optional<Vec3> obstacle_spin = {};
+  std::array<SpinArm, 2> spins = {};
+  const Vec3* from_anchor = nullptr;  // m, from the anchor to the first feature, if anchored
+};
+
 // Returns the friction of a pair whose push is known. Returns nothing if there is no friction, or
-// if two dynamic features do not span a surface. `obstacle_spin` is the angular velocity (rad/s) of
-// the feature that belongs to an obstacle, if any. `barrier_push` is the result of apply_push(). It
+// if two dynamic features do not span a surface. `barrier_push` is the result of apply_push(). It
 // excludes the damping of cloth, which jumps at an impact and would make Newton's iteration fail
-// more often. `from_anchor` (m) is the vector from the anchor to the first feature, or null without
-// an anchor.
-std::optional<Sliding> friction_of(const ContactLaw& law, bsi::FeatureKind kind,
-                                   double barrier_push, const bsi::Closest& closest,
-                                   const bsi::FourPoints& points, std::span<const Vec3> velocity,
-                                   const std::optional<Vec3>& obstacle_spin,
-                                   const Vec3* from_anchor, const ContactPair& pair);
+// more often.
+std::optional<Sliding> friction_of(const ContactLaw& law, double barrier_push,
+                                   const SlidingFeatures& features, const ContactPair& pair);
 
 }  // namespace weft::sim

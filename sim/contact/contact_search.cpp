@@ -60,6 +60,7 @@ double half_reach(const Scene& scene, const SceneBody& body) {
 }
 
 bool is_searched(const Scene& scene, const BodyPair& pair) {
+  if (scene.bodies[pair.a].are_spins || scene.bodies[pair.b].are_spins) return false;
   return pair.a < scene.dynamic_bodies && (pair.a != pair.b || scene.bodies[pair.a].self_contact);
 }
 

@@ -42,15 +42,41 @@ double impact_speed(const Scene& scene) {
 }  // namespace
 
 SphereContactLaws::SphereContactLaws(const Scene& scene)
-    : scene_(scene), laws_(scene), impact_speed_(0) {
+    : scene_(scene), laws_(scene), impact_speed_(0), to_spin_(scene.bodies.size(), 0) {
   if (scene.source.particles.empty()) return;
   impact_speed_ = impact_speed(scene);
   set_friction(scene.source.contact.friction.constant_or_zero());
+  for (const SceneBody& spins : scene.bodies) {
+    if (!spins.are_spins) continue;
+    const auto spheres = std::ranges::find(scene.bodies, spins.spheres, &SceneBody::spheres);
+    to_spin_[spheres - scene.bodies.begin()] = spins.first_point - spheres->first_point;
+  }
 }
 
 const SphereLaw& SphereContactLaws::pair_law(int body_a, int body_b) const {
   return scene_.bodies[body_a].spheres != nullptr ? laws_.of(body_a, body_b)
                                                   : laws_.of(body_b, body_a);
+}
+
+std::array<SpinArm, 2> SphereContactLaws::spins(int first, int second,
+                                                const std::array<int, 4>& nodes,
+                                                const bsi::Closest& closest) const {
+  std::array<SpinArm, 2> result;
+  for (const bool is_second : {false, true}) {
+    const int body = is_second ? second : first, node = nodes[is_second ? 3 : 0];
+    if (to_spin_[body] == 0) continue;
+    const SceneBody& other = scene_.bodies[is_second ? first : second];
+    const double radius = scene_.bodies[body].spheres->radius;
+    const double distance = std::sqrt(closest.squared_distance);
+    double arm = 1;
+    if (other.spheres != nullptr) {
+      arm = distance / (radius + other.spheres->radius);
+    } else if (other.dynamic) {
+      arm = distance / radius;
+    }
+    result[is_second ? 1 : 0] = {node + to_spin_[body], arm};
+  }
+  return result;
 }
 
 ContactLaw SphereContactLaws::of(int body_a, int body_b, double range) const {

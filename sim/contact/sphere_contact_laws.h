@@ -25,6 +25,12 @@ class SphereContactLaws {
   ContactLaw of(int body_a, int body_b, double range) const;
   // Returns the Coulomb coefficient of two such bodies.
   double friction(int body_a, int body_b) const { return pair_law(body_a, body_b).friction; }
+  // Returns the arms of the spheres that turn, of a pair of features of two bodies. They are chosen
+  // so that friction has no torque on both bodies together: spheres share their distance in
+  // proportion to their radii, and roll on the middle surface of cloth, which takes no torque. On
+  // an obstacle, which takes any, a sphere has its radius as arm.
+  std::array<SpinArm, 2> spins(int first, int second, const std::array<int, 4>& nodes,
+                               const bsi::Closest& closest) const;
 
  private:
   const SphereLaw& pair_law(int body_a, int body_b) const;
@@ -32,6 +38,8 @@ class SphereContactLaws {
   const Scene& scene_;
   SphereLaws laws_;
   double impact_speed_;  // m/s, largest expected speed of an impact
+  // By body: the first surface point of its spins minus its own, or 0 if it does not turn.
+  std::vector<int> to_spin_;
 };
 
 }  // namespace weft::sim

@@ -81,7 +81,7 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
       hold_rate_(friction_speed_ / scene.source.contact.sticking_distance.value_or(1)),
       friction_(scene),
       spheres_(scene),
-      spins_(scene.bodies.size(), Vec3::Zero()),
+      obstacle_spins_(scene.bodies.size(), Vec3::Zero()),
       touched_(scene.bodies.size(), 0) {
   surfaces_.reserve(scene.bodies.size());
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -280,8 +280,8 @@ std::optional<ContactFault> SurfaceContact::evaluate_on_device(const PlacedPoint
     on_device_ = search_.changes();
   }
   DeviceContact::Found found{std::move(pairs_), std::move(sliding_), std::move(mollified_)};
-  const auto touching =
-      device_->evaluate(search_.lists(), friction_, {now.position(), velocity, spins_}, found);
+  const auto touching = device_->evaluate(search_.lists(), friction_,
+                                          {now.position(), velocity, obstacle_spins_}, found);
   pairs_ = std::move(found.pairs);
   sliding_ = std::move(found.sliding);
   mollified_ = std::move(found.mollified);
@@ -327,7 +327,7 @@ void SurfaceContact::find_spins(const PlacedPoints& now, std::span<const Vec3> v
       x[k] = now.position()[point];
       v[k] = velocity[point];
     }
-    spins_[b] = rigid_spin(x, v);
+    obstacle_spins_[b] = rigid_spin(x, v);
   }
 }
 
@@ -335,7 +335,7 @@ void SurfaceContact::find_spins(const PlacedPoints& now, std::span<const Vec3> v
 // obstacle.
 std::optional<Vec3> SurfaceContact::obstacle_spin(const std::array<int, 4>& nodes) const {
   for (const int node : {nodes[0], nodes[3]}) {
-    if (!is_dynamic(node)) return spins_[scene_.body_index_of_point(node)];
+    if (!is_dynamic(node)) return obstacle_spins_[scene_.body_index_of_point(node)];
   }
   return std::nullopt;
 }
@@ -400,11 +400,11 @@ void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
                                 group.thickness + range_of(group), scratch.terms);
   const Anchor* const anchor =
       has_anchors() ? find_anchor(anchors_->selected(),
-                                  anchor_key(vertex, group.body_of_samples(), group.surface))
+                                  anchor_key(vertex, group.body_of_first(), group.surface))
                     : nullptr;
   const Vec3 offset = anchor == nullptr ? Vec3::Zero() : from_anchor(*anchor, position);
   PairLaw of{.law = law_of(group, group.nodes[first + in_reach[0].pair]),
-             .turns = !group.of_spheres,
+             .of_spheres = group.of_spheres ? &group : nullptr,
              .surface = group.surface,
              .from_anchor = anchor == nullptr ? nullptr : &offset};
   of.law.hold_rate = hold_rate_;
@@ -426,7 +426,8 @@ void SurfaceContact::measure_pair(const PairGroup& group, std::size_t number,
   const bsi::Closest closest = closest_of(pair.edges, pair.nodes, position);
   const double limit = pair.thickness + range_of(group);
   if (closest.squared_distance >= limit * limit) return;
-  PairLaw of{.law = law_of(group, pair.nodes), .turns = !group.has_spheres()};
+  PairLaw of{.law = law_of(group, pair.nodes),
+             .of_spheres = group.has_spheres() ? &group : nullptr};
   if (pair.edges) of.mollifier = mollify(pair, closest, position, of.law, found);
   add_pair(of, pair, closest, position, velocity, found);
 }
@@ -452,9 +453,16 @@ void SurfaceContact::add_pair(const PairLaw& of, const Pair& features, const bsi
                                  position[pair.nodes[2]], position[pair.nodes[3]]};
     const auto kind =
         features.edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
-    const auto spin = of.turns ? obstacle_spin(pair.nodes) : Vec3(Vec3::Zero());
-    auto sliding =
-        friction_of(law, kind, barrier_push, closest, points, velocity, spin, of.from_anchor, pair);
+    SlidingFeatures sliding_features{kind, closest, points, velocity};
+    sliding_features.from_anchor = of.from_anchor;
+    if (const PairGroup* const group = of.of_spheres) {
+      sliding_features.obstacle_spin = Vec3::Zero();
+      sliding_features.spins =
+          spheres_.spins(group->body_of_first(), group->surface, pair.nodes, closest);
+    } else {
+      sliding_features.obstacle_spin = obstacle_spin(pair.nodes);
+    }
+    auto sliding = friction_of(law, barrier_push, sliding_features, pair);
     if (sliding) {
       if (definite_) make_definite(pair, *sliding);
       pair.sliding = static_cast<int>(found.sliding.size());

@@ -84,8 +84,8 @@ struct Meeting {
 // The centre of a sphere ([[particles]]) is a sample, too, and its radius is half its thickness.
 // Spheres touch each other in pairs of two points. On cloth, the barrier of the centre is short,
 // and the vertices of the cloth are samples against the sphere, so that a sheet that wraps a ball
-// presses on it everywhere. Spheres do not turn: friction acts on the difference of the velocities
-// of a sphere and of the point that it touches.
+// presses on it everywhere. Friction acts on the difference of the velocities of a sphere's surface
+// and of the point that it touches.
 //
 // A pair or term at distance d has the gap g = d - thickness. If g is below the range, barrier and
 // damping push along the normal (materials/contact.h), and friction acts across the normal
@@ -197,9 +197,9 @@ class SurfaceContact {
     double thickness = 0;
     double friction = 0;  // Coulomb coefficient
     int body_a = 0, body_b = 0;
-    int surface = 0;  // for samples: body of the triangles
+    int surface = 0;  // body of the second features, for samples of the triangles
     bool is_self() const { return body_a == body_b; }
-    int body_of_samples() const { return surface == body_b ? body_a : body_b; }
+    int body_of_first() const { return surface == body_b ? body_a : body_b; }
     bool has_spheres() const { return of_spheres || on_spheres; }
     bsi::FeatureKind kind() const {
       return edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
@@ -256,7 +256,7 @@ class SurfaceContact {
   // forces, and what else its forces depend on.
   struct PairLaw {
     ContactLaw law;
-    bool turns = true;  // false if a feature is a sphere, which does not turn
+    const PairGroup* of_spheres = nullptr;  // group of the pair if a feature is a sphere
     double mollifier = 1, coefficient = 1;
     int surface = -1;                   // ContactPair::surface
     const Vec3* from_anchor = nullptr;  // m, from the sample's anchor to the sample
@@ -302,7 +302,8 @@ class SurfaceContact {
   std::vector<OpenPair> open_;
   std::vector<int> moving_obstacles_;  // indices of bodies that move and are not dynamic
   PlacedMarks marks_;
-  std::vector<Vec3> spins_;  // angular velocities, rad/s, by body; zero except for moving obstacles
+  // Angular velocities, rad/s, by body; zero except for moving obstacles.
+  std::vector<Vec3> obstacle_spins_;
   std::vector<char> touched_;
   std::vector<ContactPair> pairs_;
   std::size_t added_pairs_ = 0;  // number of pairs of add_pair(), at the end of pairs_

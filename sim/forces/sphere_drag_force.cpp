@@ -15,7 +15,8 @@ class SphereDragForce final : public Force {
       : wind_in_time_(scene.source.world.wind), density_in_time_(scene.source.world.air_density) {
     for (int b = 0; b < scene.dynamic_bodies; ++b) {
       const SceneBody& body = scene.bodies[b];
-      if (body.spheres == nullptr || body.spheres->drag_coefficient == 0) continue;
+      if (body.spheres == nullptr || body.are_spins) continue;
+      if (body.spheres->drag_coefficient == 0) continue;
       const double radius = body.spheres->radius;
       const double area = std::numbers::pi * radius * radius;
       for (int i = 0; i < body.particle_count(); ++i)

@@ -372,8 +372,9 @@ std::optional<ContactFault> Dynamics::net_forces(double time, std::span<const do
 void Dynamics::applied_loads(double time, std::span<const double> y, bool with_gravity,
                              std::span<Vec3> force) {
   const Kinematics state = kinematics(time, y);
-  for (std::size_t i = 0; i < force.size(); ++i)
-    force[i] = with_gravity ? Vec3(scene_.mass[i] * gravity_) : Vec3(Vec3::Zero());
+  std::ranges::fill(force, Vec3::Zero());
+  for (int i = 0; with_gravity && i < scene_.heavy_particles; ++i)
+    force[i] = scene_.mass[i] * gravity_;
   for (const auto& each : forces_) {
     if (each->is_load()) each->add_forces(state, force, threads_);
   }
@@ -403,7 +404,7 @@ void Dynamics::add_forces(const Kinematics& state, std::span<Vec3> force) {
 
 void Dynamics::add_weight_and_damping(const Kinematics& state, std::span<Vec3> force) const {
   const Vec3 gravity = load_.value_or(1) * gravity_;
-  for (std::size_t i = 0; i < force.size(); ++i) {
+  for (int i = 0; i < scene_.heavy_particles; ++i) {
     const double damping = mass_damping_.empty() ? 0.0 : mass_damping_[i];
     if (mass_.is_diagonal()) {
       force[i] += scene_.mass[i] * (gravity - damping * state.velocity[i]);
@@ -411,7 +412,7 @@ void Dynamics::add_weight_and_damping(const Kinematics& state, std::span<Vec3> f
     }
     force[i] += scene_.mass[i] * gravity;
     if (damping == 0) continue;
-    force[i] -= damping * mass_.row_product(static_cast<int>(i), state.velocity.data());
+    force[i] -= damping * mass_.row_product(i, state.velocity.data());
   }
 }
 
@@ -434,7 +435,10 @@ bool Dynamics::divide_by_mass(double time, const Kinematics& state, std::span<Ve
     return std::ranges::all_of(force, [](const Vec3& each) { return each.allFinite(); });
   }
   const Vec3 gravity = load_.value_or(1) * gravity_;
-  double sum = accelerate(scene_.mass, gravity, force);
+  const auto heavy = static_cast<std::size_t>(scene_.heavy_particles);
+  const std::span<const double> mass(scene_.mass);
+  double sum = accelerate(mass.first(heavy), gravity, force.first(heavy));
+  sum += accelerate(mass.subspan(heavy), Vec3::Zero(), force.subspan(heavy));
   for (std::size_t i = 0; i < mass_damping_.size(); ++i) {
     const Vec3 slowing = mass_damping_[i] * state.velocity[i];
     force[i] -= slowing;

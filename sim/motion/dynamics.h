@@ -244,6 +244,9 @@ class Dynamics {
   void expand_all(double time, std::span<const double> y, std::vector<Vec3>& position,
                   std::vector<Vec3>& velocity) const;
   std::vector<std::string> force_names() const;
+  // Returns sum_i mass_i x_i (kg m) over the dynamic particles that have weight. `position` (m) has
+  // one entry per dynamic particle, or one per particle.
+  Vec3 moment_of_weight(std::span<const Vec3> position) const;
   // Computes the energies at (t, y). Evaluates contact at this state.
   Energies energies(double time, std::span<const double> y);
   // Computes the energies at (t, y) with the contact energy of the last rate(). Precondition: the

@@ -12,12 +12,17 @@ std::vector<std::string> Dynamics::force_names() const {
   return names;
 }
 
+Vec3 Dynamics::moment_of_weight(std::span<const Vec3> position) const {
+  const auto count = static_cast<std::size_t>(scene_.heavy_particles);
+  return mass_moment(std::span(scene_.mass).first(count), position.first(count));
+}
+
 Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y) {
   const PhaseTimer timer(statistics_.phases.energies);
   const Kinematics state = kinematics(time, y);
   Energies energies;
   energies.kinetic = 0.5 * mass_.product(state.velocity, state.velocity, threads_);
-  energies.gravitational = -gravity_.dot(mass_moment(scene_.mass, state.position));
+  energies.gravitational = -gravity_.dot(moment_of_weight(state.position));
   if (creases_) energies.dissipated = 0;
   for (const auto& force : forces_) {
     energies.elastic.emplace_back(force->name(), force->energy(state, threads_));

@@ -100,9 +100,8 @@ void ExternalWork::add_gravity(double start, double time, std::span<const double
 // has set position_ and place_ for y.
 Vec3 ExternalWork::free_moment(std::span<const double> y) const {
   const Scene& scene = dynamics_.scene();
-  Vec3 moment = mass_moment(
-      scene.mass, is_moved() ? std::span<const Vec3>(position_).first(scene.dynamic_particles)
-                             : StateView::of(y).position);
+  Vec3 moment = dynamics_.moment_of_weight(is_moved() ? std::span<const Vec3>(position_)
+                                                      : StateView::of(y).position);
   for (std::size_t i = 0; i < moved_.size(); ++i) moment -= scene.mass[moved_[i]] * place_[i];
   return moment;
 }

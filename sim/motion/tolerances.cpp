@@ -5,6 +5,7 @@
 
 #include "sim/base/parallel.h"
 #include "sim/motion/dynamics.h"
+#include "sim/scene/sphere_groups.h"
 
 namespace weft::sim {
 
@@ -17,15 +18,18 @@ namespace {
 // Part of the tolerances that the error of spheres may take.
 constexpr double part_for_spheres = 1.0 / 3;
 
-// Multiplies the weights of spheres.
+// Multiplies the weights of spheres and of their spins. The mean is that over the spheres, to which
+// spins contribute in proportion to their energy: by their mass.
 void raise_weights_of_spheres(const Scene& scene, std::span<double> weights) {
   double spheres = 0;
   for (const SceneBody& body : scene.bodies) {
-    if (body.dynamic && body.spheres != nullptr) spheres += body.particle_count();
+    if (body.dynamic && body.spheres != nullptr && !body.are_spins)
+      spheres += body.particle_count();
   }
-  const double factor = std::sqrt(scene.dynamic_particles / spheres) / part_for_spheres;
+  const double of_spheres = std::sqrt(scene.dynamic_particles / spheres) / part_for_spheres;
   for (const SceneBody& body : scene.bodies) {
     if (!body.dynamic || body.spheres == nullptr) continue;
+    const double factor = of_spheres * (body.are_spins ? std::sqrt(spin_mass_share) : 1);
     const auto first = 3 * static_cast<std::size_t>(body.first_particle);
     const auto count = 3 * static_cast<std::size_t>(body.particle_count());
     for (const std::size_t half : {std::size_t{0}, weights.size() / 2})

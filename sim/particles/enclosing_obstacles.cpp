@@ -122,7 +122,7 @@ std::vector<EnclosedSpheres> enclosed_spheres(const Scene& scene) {
     if (!is_closed(obstacle.mesh)) continue;
     const Canopy canopy(places(obstacle), obstacle.mesh);
     for (int g = 0; g < scene.dynamic_bodies; ++g) {
-      if (scene.bodies[g].spheres == nullptr) continue;
+      if (scene.bodies[g].spheres == nullptr || scene.bodies[g].are_spins) continue;
       const auto inside = std::ranges::count_if(places(scene.bodies[g]), [&](const Vec3& centre) {
         return canopy.winding_number(centre) != 0;
       });

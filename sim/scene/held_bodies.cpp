@@ -65,6 +65,12 @@ void reorder(Scene& scene, const std::vector<int>& order, std::vector<Prescribed
   scene.bodies = std::move(bodies);
 }
 
+// Returns the index of the first spin, or the number of dynamic particles if there are no spins.
+int first_spin(const Scene& scene) {
+  const auto spins = std::ranges::find(scene.bodies, true, &SceneBody::are_spins);
+  return spins == scene.bodies.end() ? scene.dynamic_particles : spins->first_particle;
+}
+
 void make_obstacle(SceneBody& body, Scene& scene, std::vector<PrescribedMotion>& pins) {
   body.dynamic = false;
   body.moves = false;
@@ -90,6 +96,7 @@ void hold_bodies(Scene& scene, std::span<const char> is_held, std::vector<Prescr
   for (int& body : scene.case_order) body = place[body];
   for (int b = scene.dynamic_bodies; b < dynamic; ++b) make_obstacle(scene.bodies[b], scene, pins);
   scene.dynamic_particles = scene.bodies[scene.dynamic_bodies].first_particle;
+  scene.heavy_particles = first_spin(scene);
   scene.mass.resize(scene.dynamic_particles);
   scene.pinned.resize(scene.dynamic_particles);
   std::erase_if(pins, [&](const PrescribedMotion& pin) {
@@ -100,7 +107,9 @@ void hold_bodies(Scene& scene, std::span<const char> is_held, std::vector<Prescr
 void put_held_bodies_last(Scene& scene, std::vector<PrescribedMotion>& pins) {
   scene.dynamic_bodies = static_cast<int>(scene.bodies.size());
   scene.dynamic_particles = scene.particle_count;
-  scene.case_order.resize(scene.bodies.size());
+  scene.heavy_particles = first_spin(scene);
+  scene.case_order.resize(std::ranges::find(scene.bodies, true, &SceneBody::are_spins) -
+                          scene.bodies.begin());
   std::iota(scene.case_order.begin(), scene.case_order.end(), 0);
   hold_bodies(scene, find_held(scene, pins), pins);
 }

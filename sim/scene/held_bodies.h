@@ -9,10 +9,10 @@
 namespace weft::sim {
 
 // Makes obstacles of the bodies that are held as a whole (scene.h), and moves them with their
-// particles behind all other bodies. Sets dynamic_bodies, dynamic_particles and case_order of the
-// scene. `pins` are the prescribed motions of all bodies. Their particles are renumbered, and pins
-// of these obstacles that do not move are removed. If all bodies are held as a whole, all stay
-// dynamic. Precondition: the scene has all bodies of the case and no obstacles yet.
+// particles behind all other bodies. Sets dynamic_bodies, dynamic_particles, heavy_particles and
+// case_order of the scene. `pins` are the prescribed motions of all bodies. Their particles are
+// renumbered, and pins of these obstacles that do not move are removed. If all bodies are held as a
+// whole, all stay dynamic. Precondition: the scene has all bodies of the case and no obstacles yet.
 void put_held_bodies_last(Scene& scene, std::vector<PrescribedMotion>& pins);
 
 // Makes obstacles of the dynamic bodies with a nonzero mark in `is_held` (by body), and moves them

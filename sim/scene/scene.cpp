@@ -62,8 +62,10 @@ void refuse_beyond_memory(const Scene& scene, const ShapeCase& shape, int vertic
     return index < size.particles.size() ? size.particles[index]
                                          : size.obstacle[index - size.particles.size()];
   };
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) entry(i) = scene.bodies[i].particle_count();
-  entry(scene.bodies.size()) = vertices;
+  std::size_t built = 0;
+  for (const SceneBody& body : scene.bodies)
+    if (!body.are_spins) entry(built++) = body.particle_count();
+  entry(built) = vertices;
   const std::string reason = reason_of_memory(scene.source, size);
   if (!reason.empty()) throw CaseError(shape.location, reason, memory_hint);
 }

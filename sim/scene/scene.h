@@ -73,6 +73,8 @@ struct SceneBody {
   const MaterialCase* material = nullptr;
   // Points likewise. Null unless the body is a group of particles, whose atlas has no quads.
   const ParticlesCase* spheres = nullptr;
+  // True if the particles of the body are the spins of a group of spheres (sphere_groups.h).
+  bool are_spins = false;
 
   int particle_count() const { return atlas.particle_count(); }
   const bsi::Atlas& surface_atlas() const { return sampled ? sampled->atlas : atlas; }
@@ -113,8 +115,9 @@ struct TimedHold {
 
 // Bodies and obstacles with their particles. Particles are numbered consecutively: first the
 // particles of dynamic bodies, then of bodies held as a whole, then of obstacles. A group of
-// spheres
-// ([[particles]]) is a dynamic body. Its particles are the centres of its spheres.
+// spheres ([[particles]]) is a dynamic body. Its particles are the centres of its spheres. Spheres
+// that turn have their spins in a second body, which the case does not list and nothing can touch.
+// These bodies are the last dynamic ones.
 //
 // A body is held as a whole if all its vertices are pinned, either at rest or by one motion. It
 // then counts as an obstacle: it has no forces, no rows in matrices and no part in state vectors
@@ -127,9 +130,12 @@ struct Scene {
   Case source;
   std::vector<SceneBody> bodies;  // first dynamic bodies, then held bodies, then obstacles
   // Indices into `bodies` in the order of the case: bodies, then obstacles, then groups of spheres.
+  // Spins are left out.
   std::vector<int> case_order;
   int dynamic_bodies = 0;
   int dynamic_particles = 0;
+  // Number of dynamic particles that have weight. Those that follow are spins.
+  int heavy_particles = 0;
   int particle_count = 0;
   // Count of the surface points of dynamic bodies. These points have the lowest indices.
   int dynamic_points = 0;
@@ -140,8 +146,8 @@ struct Scene {
   bool spheres_collide = false;
 
   std::vector<Vec3> initial_position;  // m, by particle
-  std::vector<double> mass;            // kg, by dynamic particle
-  SurfaceMap surface_map;              // from all particles to all surface points
+  std::vector<double> mass;          // kg, by dynamic particle; of a spin: the inertia by radius^2
+  SurfaceMap surface_map;            // from all particles to all surface points
   std::vector<double> contact_area;  // m^2, by surface point: areas_around(); empty without contact
   std::vector<char> pinned;          // by dynamic particle: 1 if its motion is prescribed
   std::vector<PrescribedMotion> prescribed;
@@ -155,9 +161,6 @@ struct Scene {
 
   // Returns the velocity (m/s) of a free particle at t = 0.
   Vec3 initial_velocity(int particle) const;
-  int held_bodies() const {
-    return static_cast<int>(source.body.size() + source.particles.size()) - dynamic_bodies;
-  }
   bool is_free(int particle) const { return particle < dynamic_particles && pinned[particle] == 0; }
   // Returns true if any particle of a surface point is free.
   bool is_free_point(int point) const {

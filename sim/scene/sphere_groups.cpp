@@ -156,34 +156,56 @@ const MaterialCase& no_material() {
   return material;
 }
 
-void add_group(Scene& scene, const ParticlesCase& from) {
-  const std::vector<Vec3> places = places_of(from, scene.source);
+// Appends a body with one particle of the given mass (kg) at each place (m).
+SceneBody& add_points(Scene& scene, const ParticlesCase& from, const std::vector<Vec3>& places,
+                      double mass) {
   const int count = static_cast<int>(places.size());
   SceneBody body;
   body.name = from.name;
   body.atlas = bsi::Atlas::of_points(count);
   body.rest = places;
-  body.velocity = from.velocity;
   body.first_particle = scene.particle_count;
   body.material = &no_material();
   body.spheres = &from;
-  body.thickness = 2 * from.radius;
-  body.self_contact = scene.source.contact.enabled;
   Vec3 sum = Vec3::Zero();
   for (const Vec3& place : places) sum += place;
   body.centre = sum / count;
-  const double mass = from.density * 4 / 3 * std::numbers::pi * std::pow(from.radius, 3);
   scene.mass.insert(scene.mass.end(), places.size(), mass);
   scene.pinned.resize(scene.mass.size(), 0);
   scene.initial_position.insert(scene.initial_position.end(), places.begin(), places.end());
   scene.particle_count += count;
-  scene.bodies.push_back(std::move(body));
+  return scene.bodies.emplace_back(std::move(body));
+}
+
+double mass_of_sphere(const ParticlesCase& from) {
+  return from.density * 4 / 3 * std::numbers::pi * std::pow(from.radius, 3);
+}
+
+void add_group(Scene& scene, const ParticlesCase& from) {
+  SceneBody& body = add_points(scene, from, places_of(from, scene.source), mass_of_sphere(from));
+  body.velocity = from.velocity;
+  body.thickness = 2 * from.radius;
+  body.self_contact = scene.source.contact.enabled;
+}
+
+// `spheres` is the body of the group.
+void add_spins(Scene& scene, const ParticlesCase& from, const SceneBody& spheres) {
+  const std::vector<Vec3> places = spheres.rest;
+  SceneBody& body = add_points(scene, from, places, spin_mass_share * mass_of_sphere(from));
+  body.name += " (spin)";  // particles of a case have no spaces in their names
+  body.are_spins = true;
+  body.velocity = from.radius * (std::numbers::pi / 180) * from.angular_velocity_deg;
 }
 
 }  // namespace
 
 void add_sphere_groups(Scene& scene) {
-  for (const ParticlesCase& group : scene.source.particles) add_group(scene, group);
+  const std::vector<ParticlesCase>& groups = scene.source.particles;
+  const std::size_t first = scene.bodies.size();
+  for (const ParticlesCase& group : groups) add_group(scene, group);
+  if (scene.source.time.method == TimeMethod::impulses) return;
+  for (std::size_t i = 0; i < groups.size(); ++i)
+    if (groups[i].spin) add_spins(scene, groups[i], scene.bodies[first + i]);
 }
 
 std::vector<double> sphere_radii(const Scene& scene) {

@@ -289,8 +289,8 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   }
   const std::vector<CandidateList> neighbours = neighbours_at_start(scene);
   const auto self = std::ranges::count_if(neighbours, &CandidateList::is_self);
-  const auto dynamic = static_cast<std::size_t>(scene.dynamic_bodies);
-  const std::size_t obstacles = scene.bodies.size() - dynamic;
+  const std::size_t obstacles = scene.bodies.size() - scene.dynamic_bodies;
+  const std::size_t dynamic = scene.case_order.size() - obstacles;
   const std::size_t pairs = dynamic * (dynamic - 1) / 2 + dynamic * obstacles;
   out << "contact   range " << 1e3 * contact.range << " mm; "
       << counted(dynamic * (dynamic - 1) / 2, "pair of bodies, ", "pairs of bodies, ")

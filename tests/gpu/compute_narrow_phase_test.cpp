@@ -145,7 +145,7 @@ void add_expected(const Input& input, std::uint32_t row, std::uint32_t candidate
   if (group.obstacle) spin = group.spin;
   const auto kind = group.edges ? bsi::FeatureKind::edge_edge : bsi::FeatureKind::vertex_triangle;
   expected.slidings.push_back(
-      sim::friction_of(law, kind, push, closest, x, input.v, spin, nullptr, pair));
+      sim::friction_of(law, push, {kind, closest, x, input.v, spin, {}, nullptr}, pair));
   expected.pairs.push_back(pair);
   expected.candidates.push_back(candidate);
   expected.rows.push_back(row);

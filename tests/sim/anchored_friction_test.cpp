@@ -119,13 +119,14 @@ TEST(AnchoredFriction, AnchorsMoveWithTheirSurface) {
     EXPECT_LT((late[i] - early[i]).norm(), 0.05 * distance) << i;
 }
 
-// Particles have a friction of their own, and stick by the same anchors.
+// Particles that do not turn have a friction of their own, and stick by the same anchors.
 TEST(AnchoredFriction, ParticlesRestOnASlope) {
   Case source = parse_case(
       "[time]\nduration = 2\n[world]\ngravity = [" + text_of(g * std::sin(slope_angle)) + ", 0, " +
           text_of(-g * std::cos(slope_angle)) +
           "]\n[contact]\nsticking_distance = " + text_of(distance) +
-          "\n[[particles]]\nname = \"ball\"\nradius = 0.02\nfriction = 0.6\nrestitution = 0\n"
+          "\n[[particles]]\nname = \"ball\"\nradius = 0.02\nfriction = 0.6\nrestitution = 0\nspin "
+          "= false\n"
           "positions = { type = \"grid\", count = [1, 1, 1], centre = [0, 0, 0.0225] }\n"
           "[[obstacle]]\nname = \"floor\"\nshape = { type = \"plane\", size = [3, 3] }\n",
       "test.toml");

@@ -66,12 +66,9 @@ std::vector<BadCase> bad_particles() {
       {"body_with_impulses", head + balls + sheet,
        R"(case.toml:8:8: body "sheet" with time.method = "impulses"
   expected [[particles]] and [[obstacle]] only, or time.method = "cvode", which simulates bodies and particles together)"},
-      {"spin_with_cvode", balls + "spin = true\n",
-       R"(case.toml:5:8: particles "balls" that spin with time.method = "cvode"
-  expected spin = false, or, without bodies, time.method = "impulses": only impulses turn particles)"},
-      {"turning_with_cvode", balls + "angular_velocity_deg = [0, 0, 1]\n",
-       R"(case.toml:5:24: an angular velocity of particles "balls" with time.method = "cvode"
-  expected none, or, without bodies, time.method = "impulses": only impulses turn particles)"},
+      {"turning_without_spin", balls + "spin = false\nangular_velocity_deg = [0, 0, 1]\n",
+       R"(case.toml:6:24: an angular velocity of particles "balls" with spin = false
+  expected none, or spin = true)"},
       {"touching_grid_with_cvode",
        "[[particles]]\nname = \"balls\"\nradius = 0.1\n"
        "positions = { type = \"grid\", count = [2, 1, 1], spacing = 0.2 }\n",

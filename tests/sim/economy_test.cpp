@@ -161,7 +161,7 @@ shape = { type = "rectangle", size = [0.6, 0.6], resolution = [9, 9] }
 )";
   for (const char* motion : {"", "motion = { velocity = [0, 0, 0.5] }\n"}) {
     SimulatedCase sim(held + motion + falling);
-    ASSERT_EQ(sim.scene().held_bodies(), 1);
+    ASSERT_EQ(sim.scene().dynamic_bodies, 1);
     const auto position = sim.positions_at(0.3);  // 0.44 m of free fall
     const double floor = *motion == '\0' ? 0 : 0.15;
     double lowest = 10;
