@@ -69,7 +69,8 @@ Picture Renderer::draw(std::span<const DrawnSurface> surfaces, const Camera& cam
   const double widest = slope * std::max(1.0, static_cast<double>(width) / height);
   const double reach = 2 * widest * distance;
   const Vec3 horizontal = up.cross(frame.right);  // horizontal, away from the viewer
-  const Vec3 key = (0.80 * up - 0.52 * frame.right - 0.40 * horizontal).normalized();
+  const Vec3 sky = camera.lit_from_below ? Vec3(-up) : up;
+  const Vec3 key = (0.80 * sky - 0.52 * frame.right - 0.40 * horizontal).normalized();
 
   batch.assemble(surfaces, camera.target);
   key_shadow.draw(batch, key, up, reach);
@@ -77,8 +78,8 @@ Picture Renderer::draw(std::span<const DrawnSurface> surfaces, const Camera& cam
   // shadows is therefore computed before it.
   const double reach_of_sky = sky_reach(batch, reach);
   geometry.project(perspective, batch);
-  add_sky_light(up, reach_of_sky, batch);
-  const Lights lights{perspective.eye.cast<float>(), up.cast<float>(), key.cast<float>()};
+  add_sky_light(sky, reach_of_sky, batch);
+  const Lights lights{perspective.eye.cast<float>(), sky.cast<float>(), key.cast<float>()};
   return draw_rows({surfaces, batch, geometry, lights, key_shadow, srgb},
                    Background(perspective, up, srgb), width, height);
 }

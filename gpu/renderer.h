@@ -59,6 +59,9 @@ struct Camera {
   Vec3 eye{3, -3, 2};
   Vec3 target{0, 0, 0};
   Vec3 up{0, 0, 1};
+  // True: the scene is lit from below, as if the picture from above had been turned over. Only the
+  // background keeps its place.
+  bool lit_from_below = false;
   double field_of_view_deg = 35;  // vertical angle of view, degrees
 };
 

@@ -138,6 +138,7 @@ void draw_start(const Scene& scene, std::span<const Crossing> crossings, const s
     gpu::Renderer renderer(width, height);
     const gpu::Picture above = renderer.draw(surfaces, camera);
     camera.eye.z() = 2 * camera.target.z() - camera.eye.z();
+    camera.lit_from_below = true;
     gpu::write_png(in_output_folder(path), beside(above, renderer.draw(surfaces, camera)));
   } catch (const std::runtime_error& error) {
     throw FileError(error.what());

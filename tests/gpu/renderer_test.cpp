@@ -112,6 +112,25 @@ TEST(Renderer, ShowsEachSideInItsColour) {
   EXPECT_EQ(hue(renderer.draw(std::array{surface}, camera), 16, 16), 'b');
 }
 
+// From below, a level square is as bright as from above if the light comes from below, too.
+TEST(Renderer, LightsFromBelow) {
+  const std::array<Vec3, 4> corners{Vec3(-1, -1, 0), Vec3(1, -1, 0), Vec3(1, 1, 0), Vec3(-1, 1, 0)};
+  const std::array<std::array<int, 3>, 2> triangles{{{0, 1, 2}, {0, 2, 3}}};
+  const DrawnSurface square{.positions = corners,
+                            .triangles = triangles,
+                            .front_colour = {0.5F, 0.5F, 0.5F},
+                            .back_colour = {0.5F, 0.5F, 0.5F}};
+  Renderer renderer(9, 9);
+  const auto middle = [&](double height, bool lit_from_below) {
+    Camera camera{.eye = {0, -5, height}};
+    camera.lit_from_below = lit_from_below;
+    return int{renderer.draw(std::array{square}, camera).rgb[3 * (4 * 9 + 4)]};
+  };
+  const int above = middle(5, false);
+  EXPECT_NEAR(middle(-5, true), above, 2);
+  EXPECT_LT(middle(-5, false), 0.7 * above);
+}
+
 TEST(Renderer, HidesWhatIsBehind) {
   const auto sheet = [](double height) {
     bsi::Surface surface = bsi::make_rectangle(1.5, 1.5, 3, 3);
