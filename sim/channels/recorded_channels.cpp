@@ -238,14 +238,20 @@ void RecordedChannels::add_energies(double time, std::span<const Vec3> position,
     elastic[scene_.body_index_of_particle(a)] +=
         materials::spring_energy(springs_.springs[s], position[a], position[b]);
   }
+  const auto kinetic_of = [&](const SceneBody& body) {
+    double sum = 0;
+    for (int i = body.first_particle; i < body.first_particle + body.particle_count(); ++i)
+      sum += 0.5 * scene_.mass[i] * velocity[i].squaredNorm();
+    return sum;
+  };
   for (const int b : scene_.case_order) {
     const SceneBody& body = scene_.bodies[b];
     if (!body.dynamic) continue;
-    double kinetic = 0, gravitational = 0;
-    for (int i = body.first_particle; i < body.first_particle + body.particle_count(); ++i) {
-      kinetic += 0.5 * scene_.mass[i] * velocity[i].squaredNorm();
+    double kinetic = kinetic_of(body), gravitational = 0;
+    for (const SceneBody& other : scene_.bodies)
+      if (other.are_spins && other.spheres == body.spheres) kinetic += kinetic_of(other);
+    for (int i = body.first_particle; i < body.first_particle + body.particle_count(); ++i)
       gravitational -= scene_.mass[i] * gravity.dot(position[i]);
-    }
     record_values_.insert(record_values_.end(), {kinetic, gravitational, elastic[b]});
   }
 }

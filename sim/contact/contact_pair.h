@@ -27,7 +27,7 @@ struct ContactLaw {
   double settling_speed = 0, restitution = 0;
 };
 
-// The part of a sphere that turns in the sliding velocity of a pair (Sliding).
+// How the spin of a sphere adds to the sliding velocity of a pair (Sliding).
 struct SpinArm {
   int point = -1;  // surface point that is the spin of the sphere; -1: the feature does not turn
   double arm = 0;

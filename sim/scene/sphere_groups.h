@@ -16,8 +16,8 @@ namespace weft::sim {
 // rotation. At t = 0 it is at the centre of the sphere. From there it moves by r times the angle
 // turned. It has no weight, and only friction acts on it (Sliding, sim/contact/contact_pair.h).
 //
-// Throws CaseError if a file cannot be read, if a number in it is not finite, or if
-// a region has no room for the random places.
+// Throws CaseError if a file cannot be read, if a number in it is not finite, or if a region has no
+// room for the random places.
 void add_sphere_groups(Scene& scene);
 
 // Mass of a spin as part of the mass of its sphere: moment of inertia by mass and radius squared.

@@ -8,6 +8,7 @@
 
 #include "sim/contact/contact.h"
 #include "sim/simulation/simulation.h"
+#include "tests/sim/channel_run.h"
 #include "tests/sim/simulated_case.h"
 
 namespace weft::sim::spinning_spheres_test {
@@ -70,6 +71,26 @@ TEST(SpinningSpheres, RollDownASlopeByEveryMethod) {
     EXPECT_NEAR(along / exact, 1, 0.01) << method;
     EXPECT_NEAR(turning / exact, 1, 0.01) << method;
   }
+}
+
+// With a shell, masses are coupled, and surface points are not the particles.
+TEST(SpinningSpheres, RollBesideAShell) {
+  const std::string tile = R"([material.plastic]
+model = "shell"
+youngs_modulus = 1e7
+shell_thickness = 2e-3
+volume_density = 1000
+[[body]]
+name = "tile"
+material = "plastic"
+position = [0, 3, 0]
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [5, 5] }
+)";
+  const double exact = 5.0 / 7 * gravity * std::sin(20 * degree);
+  const auto [along, turning] =
+      accelerations_on(simulate(on_plane(20, 0.8, tile + obstacle)), 0.2, 0.4);
+  EXPECT_NEAR(along / exact, 1, 0.01);
+  EXPECT_NEAR(turning / exact, 1, 0.01);
 }
 
 TEST(SpinningSpheres, SlipOnASlopeThatIsTooSteep) {
@@ -252,6 +273,17 @@ TEST(SpinningSpheres, GoOnFromACheckpointWithTheSameBits) {
   EXPECT_GT(turning_of_ball(whole).norm(), 0.2);
   EXPECT_EQ(turning_of_ball(later), turning_of_ball(whole));
   EXPECT_EQ(velocity_of_ball(later), velocity_of_ball(whole));
+}
+
+// The energy of a body that is recorded has the rotation, too.
+TEST(SpinningSpheres, RecordedEnergiesHaveTheRotation) {
+  ChannelRun run(on_plane(20, 0.8, obstacle) + "[output]\nchannels = [\"body_energy\"]\n");
+  run.advance_to(0.2);
+  ASSERT_EQ(run.scene().dynamic_particles, 2);
+  const double motion = 0.5 * run.scene().mass[0] * run.velocity()[0].squaredNorm();
+  const double rotation = 0.5 * run.scene().mass[1] * run.velocity()[1].squaredNorm();
+  EXPECT_NEAR(rotation / motion, 0.4, 0.02);  // it rolls
+  EXPECT_NEAR(run.record("body_energy/ball/kinetic")[0] / (motion + rotation), 1, 1e-12);
 }
 
 // Balls that touch each other, cloth and an obstacle, and turn.
