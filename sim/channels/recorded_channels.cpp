@@ -135,6 +135,7 @@ void RecordedChannels::place_surface(int b, double time, std::span<const double>
   };
   if (!surface.tensors || !std::ranges::equal(clamped, surface.clamped, is_same)) {
     std::vector<ClampedEdge> edges;
+    edges.reserve(clamped.size());
     for (const ClampedBy& each : clamped) edges.push_back(*each.edge);
     std::vector<char> held = triangles_at_clamps(dynamics.scene(), b);
     for (const ClampedEdge& edge : edges) held[edge.triangle] = 0;
