@@ -61,8 +61,7 @@ Table describe(ParticlesCase& target) {
       field("velocity", &velocity, "m/s", any, "Velocity at the start."),
       field("angular_velocity_deg", &angular_velocity, "degrees/s", any,
             "Angular velocity of each particle at the start, about its centre: axis times rate. "
-            "Needs "
-            "spin = true."),
+            "Needs spin = true."),
       field("spin", &spin,
             "Lets friction turn the particles, as solid spheres. Without it they only slide."),
       field("restitution", &restitution, "", {0, 1},

@@ -96,7 +96,7 @@ Mat3 cross_matrix(const Vec3& v);
 // no area.
 Vec3 rigid_spin(const std::array<Vec3, 3>& position, const std::array<Vec3, 3>& velocity);
 
-// What the friction of a pair depends on, beside its law and its push.
+// The friction of a pair depends on these, beside its law and its push.
 struct SlidingFeatures {
   bsi::FeatureKind kind;
   const bsi::Closest& closest;
