@@ -111,13 +111,6 @@ struct ContactCase {
   std::optional<double> search_slack;  // m; default: a sixth of the mean edge
   bsi::Bound bound = bsi::Bound::box;  // bounding volumes above the leaves of the search hierarchy
   std::vector<ContactPairCase> pair;   // [[contact.pair]]
-
-  // True if contact.friction, or the friction of any pair, is not 0.
-  bool has_friction() const {
-    return !friction.is_zero() || std::ranges::any_of(pair, [](const ContactPairCase& each) {
-      return each.friction.value_or(0) > 0;
-    });
-  }
 };
 
 enum class MaterialModel { cloth, shell };
@@ -491,6 +484,15 @@ struct Case {
   // The choice that time.accuracy made, in words. Empty without time.accuracy, and before
   // choose_accuracy() (sim/accuracy/accuracy_choice.h).
   std::string accuracy_choice;
+  // True if the spheres of a group turn at t = 0, or friction can turn them.
+  bool can_turn(const ParticlesCase& group) const {
+    if (!group.spin || !group.angular_velocity_deg.isZero(0)) return group.spin;
+    if (!contact.enabled) return false;
+    if (group.friction ? *group.friction > 0 : !contact.friction.is_zero()) return true;
+    return std::ranges::any_of(contact.pair, [&](const ContactPairCase& pair) {
+      return pair.friction.value_or(0) > 0 && std::ranges::count(pair.between, group.name) > 0;
+    });
+  }
   bool awaits_accuracy() const { return time.accuracy && accuracy_choice.empty(); }
 };
 

@@ -15,6 +15,7 @@ namespace {
 using Home = Channel::Home;
 
 constexpr ChannelDataset velocity[] = {{"velocity", "m/s", 3}};
+constexpr ChannelDataset turning[] = {{"angular_velocity", "rad/s", 3}};
 constexpr ChannelDataset strain[] = {{"membrane_strain_major", "1"},
                                      {"membrane_strain_minor", "1"},
                                      {"membrane_strain_direction", "1", 3}};
@@ -38,6 +39,7 @@ constexpr ChannelDataset place[] = {{"body", "1"}, {"patch", "1"}, {"row", "1"},
 
 constexpr Channel table[] = {
     {"velocity", ChannelId::velocity, Home::texels, velocity},
+    {"angular_velocity", ChannelId::angular_velocity, Home::texels, turning},
     {"membrane_strain", ChannelId::membrane_strain, Home::texels, strain},
     {"membrane_stress", ChannelId::membrane_stress, Home::texels, stress},
     {"bending_curvature", ChannelId::bending_curvature, Home::texels, curvature},
@@ -71,6 +73,13 @@ bool is_of_triangles(ChannelId id) {
          id == ChannelId::crease_curvature || id == ChannelId::body_energy;
 }
 
+// True if any two bodies have friction.
+bool has_friction(const Case& source) {
+  const auto is_rough = [](const auto& each) { return each.friction.value_or(0) > 0; };
+  return !source.contact.friction.is_zero() || std::ranges::any_of(source.contact.pair, is_rough) ||
+         std::ranges::any_of(source.particles, is_rough);
+}
+
 }  // namespace
 
 std::span<const Channel> all_channels() { return table; }
@@ -99,9 +108,15 @@ std::vector<const Channel*> recorded_channels(const OutputCase& output) {
 
 std::string reason_against(const Channel& channel, const Case& source, std::string& hint) {
   const std::string name = "the channel " + in_quotes(channel.name);
-  if (source.time.method == TimeMethod::impulses && channel.id != ChannelId::velocity) {
-    hint = "expected channels among \"velocity\"";
+  const bool is_of_particles =
+      channel.id == ChannelId::velocity || channel.id == ChannelId::angular_velocity;
+  if (source.time.method == TimeMethod::impulses && !is_of_particles) {
+    hint = "expected channels among \"velocity\" and \"angular_velocity\"";
     return name + " is not recorded with time.method = \"impulses\"";
+  }
+  if (channel.home == Home::texels && !is_of_particles && source.body.empty()) {
+    hint = "expected a [[body]], or no " + in_quotes(channel.name);
+    return name + " would be missing: particles do not have it";
   }
   const BodyCase* shell =
       first_body(source, [](const MaterialCase& material) { return material.is_shell(); });
@@ -111,6 +126,14 @@ std::string reason_against(const Channel& channel, const Case& source, std::stri
     return name + " is that of cloth, and body " + in_quotes(shell->name) + " is a shell";
   }
   switch (channel.id) {
+    case ChannelId::angular_velocity:
+      if (std::ranges::any_of(source.particles,
+                              [&](const auto& it) { return source.can_turn(it); }))
+        return "";
+      hint =
+          "expected particles with spin = true, and with friction or an angular velocity, or no " +
+          in_quotes(channel.name);
+      return name + " would be zero: no particles turn";
     case ChannelId::membrane_stress: {
       const BodyCase* body = first_body(source, [](const MaterialCase& material) {
         return material.membrane == MembraneModel::springs;
@@ -141,9 +164,10 @@ std::string reason_against(const Channel& channel, const Case& source, std::stri
         hint = "expected another time.method, or no " + in_quotes(channel.name);
         return name + " would be zero: in an equilibrium nothing slides";
       }
-      if (source.contact.has_friction()) return "";
-      hint = "expected contact.friction > 0, a [[contact.pair]] with friction, or no " +
-             in_quotes(channel.name);
+      if (has_friction(source)) return "";
+      hint =
+          "expected contact.friction > 0, particles or a [[contact.pair]] with friction, or no " +
+          in_quotes(channel.name);
       return name + " would be zero: there is no friction";
     case ChannelId::reactions:
       if (!source.obstacle.empty() || !source.tie.empty() ||

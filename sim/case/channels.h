@@ -13,6 +13,7 @@ struct OutputCase;
 
 enum class ChannelId {
   velocity,
+  angular_velocity,
   membrane_strain,
   membrane_stress,
   bending_curvature,
@@ -33,8 +34,9 @@ struct ChannelDataset {
 };
 
 struct Channel {
-  // The objects for which a channel has values: the texels of bodies, the supports (pins, ties,
-  // obstacles and held bodies), the simulated bodies, or the run as a whole.
+  // The objects for which a channel has values: the texels of bodies and the particles of groups,
+  // the supports (pins, ties, obstacles and held bodies), the simulated bodies, or the run as a
+  // whole.
   enum class Home { texels, supports, bodies, run };
   const char* name;
   ChannelId id;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sim/integrator/integrator.h"
 #include "sim/scene/time_curve.h"
 
 namespace weft::sim {
@@ -88,8 +89,10 @@ std::vector<ChannelPlace> channel_fields(const SceneBody& body, const OutputCase
   if (!body.moves) return fields;
   for (const Channel* channel : recorded_channels(output)) {
     if (channel->home != Channel::Home::texels) continue;
-    const bool has_all = body.dynamic && body.spheres == nullptr;
-    if (!has_all && channel->id != ChannelId::velocity) continue;
+    if (channel->id != ChannelId::velocity) {
+      const bool is_of_spheres = channel->id == ChannelId::angular_velocity;
+      if (!body.dynamic || (body.spheres != nullptr) != is_of_spheres) continue;
+    }
     for (const ChannelDataset& dataset : channel->datasets)
       fields.push_back({channel, &dataset, {}});
   }
@@ -103,6 +106,7 @@ void RecordedChannels::compute(double time, std::span<const double> y,
     simulation_.dynamics_with_pins().find_force_parts(time, y, forces_);
   }
   find_surfaces(time, y, position, velocity);
+  if (has(ChannelId::angular_velocity)) find_turning(time, velocity);
   for (std::size_t i = 0; i < scene_.case_order.size(); ++i) {
     const int b = scene_.case_order[i];
     field_values_[i].clear();
@@ -173,6 +177,18 @@ void RecordedChannels::find_surfaces(double time, std::span<const double> y,
   }
 }
 
+void RecordedChannels::find_turning(double time, std::span<const Vec3> velocity) {
+  turning_ = simulation_.integrator().spins_at(time);
+  turning_.resize(scene_.dynamic_particles, Vec3::Zero());
+  for (const SceneBody& spins : scene_.bodies) {
+    if (!spins.are_spins) continue;
+    const auto spheres = std::ranges::find(scene_.bodies, spins.spheres, &SceneBody::spheres);
+    for (int i = 0; i < spins.particle_count(); ++i)
+      turning_[spheres->first_particle + i] =
+          velocity[spins.first_particle + i] / spins.spheres->radius;
+  }
+}
+
 std::span<const double> RecordedChannels::values_of(int b, const ChannelPlace& place,
                                                     std::span<const Vec3> velocity) const {
   const SceneBody& body = scene_.bodies[b];
@@ -184,6 +200,8 @@ std::span<const double> RecordedChannels::values_of(int b, const ChannelPlace& p
   switch (place.channel->id) {
     case ChannelId::velocity:
       return numbers_of(part_of(velocity, body));
+    case ChannelId::angular_velocity:
+      return numbers_of(part_of(turning_, body));
     case ChannelId::membrane_strain:
       return of_tensor(&Surface::strain);
     case ChannelId::membrane_stress:

@@ -22,8 +22,9 @@ struct ChannelPlace {
 };
 
 // Returns the fields that a trajectory holds for a body, besides the positions. A simulated body
-// has every field that `output` requests. An obstacle or a body held as a whole has at most the
-// velocity. A body that does not move has no fields.
+// has every field of surfaces that `output` requests, and a group of spheres the velocity and the
+// angular velocity. An obstacle or a body held as a whole has at most the velocity. A body that
+// does not move has no fields.
 std::vector<ChannelPlace> channel_fields(const SceneBody& body, const OutputCase& output);
 
 // The fields and records of a run, and their values at the time of the last compute(). Channels
@@ -78,6 +79,7 @@ class RecordedChannels {
   void find_surfaces(double time, std::span<const double> y, std::span<const Vec3> position,
                      std::span<const Vec3> velocity);
   void find_supports(std::span<const Vec3> position);
+  void find_turning(double time, std::span<const Vec3> velocity);
   std::span<const double> values_of(int body, const ChannelPlace& place,
                                     std::span<const Vec3> velocity) const;
   void add_energies(double time, std::span<const Vec3> position, std::span<const Vec3> velocity);
@@ -92,6 +94,8 @@ class RecordedChannels {
   std::vector<Surface> surfaces_;  // by dynamic body; empty if no channel needs them
   SpringNetwork springs_;          // empty unless energies are recorded
   ForceParts forces_;
+  std::vector<Vec3>
+      turning_;  // rad/s, by dynamic particle; empty unless angular velocities are recorded
   std::vector<std::vector<std::span<const double>>> field_values_;
   std::vector<double> record_values_;
 };

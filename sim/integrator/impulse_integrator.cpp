@@ -73,7 +73,8 @@ class ImpulseIntegrator final : public Integrator {
         smallest_radius_(*std::ranges::min_element(search_.radii())),
         state_(dynamics.initial_state()),
         before_(state_),
-        spin_(start_spins(scene)) {}
+        spin_(start_spins(scene)),
+        spin_before_(spin_) {}
 
   std::optional<Failure> step() override;
   double time() const override { return time_; }
@@ -84,12 +85,13 @@ class ImpulseIntegrator final : public Integrator {
   IntegratorCounts counts() const override { return counts_; }
   void restart(double time, std::span<const double> y) override;
   void transfer(StateArchive& archive) override {
-    archive(time_, start_time_, state_, before_, spin_, counts_, own_.pairs, own_.smallest_gap,
-            own_.spin_energy);
+    archive(time_, start_time_, state_, before_, spin_, spin_before_, counts_, own_.pairs,
+            own_.smallest_gap, own_.spin_energy);
     solver_.transfer(archive);
     displacements_.transfer(archive);
   }
   const OwnContact* own_contact() const override { return &own_; }
+  std::vector<Vec3> spins_at(double time) const override;
 
  private:
   std::span<const Vec3> positions() const { return StateView::of(state_).position; }
@@ -107,6 +109,8 @@ class ImpulseIntegrator final : public Integrator {
   Failure failure(const SphereContact& contact) const;
   void note_contacts(std::span<const SphereContact> contacts);
   double spin_energy() const;
+  // Returns the part of the last step that precedes `time`.
+  double share_of_step(double time) const { return (time - start_time_) / (time_ - start_time_); }
 
   const Scene& scene_;
   Dynamics& dynamics_;
@@ -123,9 +127,9 @@ class ImpulseIntegrator final : public Integrator {
   std::vector<double> drag_;
   bool has_drag_;
   double smallest_radius_;
-  double time_ = 0, start_time_ = 0;    // s, end and start of the last step
-  std::vector<double> state_, before_;  // at time_ and at start_time_
-  std::vector<Vec3> spin_;              // rad/s, by sphere
+  double time_ = 0, start_time_ = 0;      // s, end and start of the last step
+  std::vector<double> state_, before_;    // at time_ and at start_time_
+  std::vector<Vec3> spin_, spin_before_;  // rad/s, by sphere
   IntegratorCounts counts_;
   OwnContact own_;
   // Scratch of a step, by sphere.
@@ -215,6 +219,7 @@ std::optional<Failure> ImpulseIntegrator::step() {
   auto* const x = reinterpret_cast<Vec3*>(state_.data());
   std::ranges::copy(end_, x);
   std::ranges::copy(velocity_, x + count_);
+  spin_before_.swap(spin_);
   spin_.swap(turned_);
   start_time_ = time_;
   time_ = end;
@@ -354,15 +359,24 @@ std::optional<Failure> ImpulseIntegrator::state_at(double time, std::span<double
     std::ranges::copy(state_, y.begin());
     return std::nullopt;
   }
-  const double share = (time - start_time_) / (time_ - start_time_);
+  const double share = share_of_step(time);
   for (std::size_t i = 0; i < y.size(); ++i) y[i] = before_[i] + share * (state_[i] - before_[i]);
   return std::nullopt;
+}
+
+std::vector<Vec3> ImpulseIntegrator::spins_at(double time) const {
+  if (time >= time_) return spin_;
+  const double share = share_of_step(time);
+  std::vector<Vec3> spins = spin_before_;
+  for (int i = 0; i < count_; ++i) spins[i] += share * (spin_[i] - spin_before_[i]);
+  return spins;
 }
 
 void ImpulseIntegrator::restart(double time, std::span<const double> y) {
   time_ = start_time_ = time;
   state_.assign(y.begin(), y.end());
   before_ = state_;
+  spin_before_ = spin_;
   solver_.forget();
   displacements_.forget();
   ++counts_.restarts;

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "sim/base/failure.h"
 #include "sim/base/state_archive.h"
@@ -70,6 +71,9 @@ class Integrator {
   virtual bool has_ended() const { return false; }
   // Returns the contact of the last step, or null for methods whose contact Dynamics evaluates.
   virtual const OwnContact* own_contact() const { return nullptr; }
+  // Returns the angular velocities (rad/s) of all spheres at `time` (s), within the last step, for
+  // methods that keep them apart from the state.
+  virtual std::vector<Vec3> spins_at(double /*time*/) const { return {}; }
   // Returns the point at time() on the path of equilibria. Returns nothing for methods that do not
   // factorise the tangent stiffness.
   virtual std::optional<PathPoint> path_point() const { return std::nullopt; }

@@ -205,7 +205,7 @@ void add_sphere_groups(Scene& scene) {
   for (const ParticlesCase& group : groups) add_group(scene, group);
   if (scene.source.time.method == TimeMethod::impulses) return;
   for (std::size_t i = 0; i < groups.size(); ++i)
-    if (groups[i].spin) add_spins(scene, groups[i], scene.bodies[first + i]);
+    if (scene.source.can_turn(groups[i])) add_spins(scene, groups[i], scene.bodies[first + i]);
 }
 
 std::vector<double> sphere_radii(const Scene& scene) {

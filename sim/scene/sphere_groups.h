@@ -8,8 +8,8 @@
 namespace weft::sim {
 
 // Appends the groups of spheres of the case to the bodies of the scene, and then the spins of those
-// that turn, unless the method of impulses moves them, which keeps spins itself. Precondition: no
-// obstacle has been added.
+// that can turn, unless the method of impulses moves them, which keeps spins itself. Precondition:
+// no obstacle has been added.
 //
 // The spin of a sphere of radius r and mass m is a particle with the velocity w = r omega, where
 // omega is its angular velocity, and the mass 2/5 m, so that 1/2 (2/5 m) w^2 is the energy of its

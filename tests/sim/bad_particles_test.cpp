@@ -117,7 +117,13 @@ std::vector<BadCase> bad_particles() {
   expected a body or an obstacle, whose images have rows and columns)"},
       {"channel_of_surfaces", head + balls + "[output]\nchannels = [\"body_energy\"]\n",
        R"(case.toml:8:13: the channel "body_energy" is not recorded with time.method = "impulses"
-  expected channels among "velocity")"},
+  expected channels among "velocity" and "angular_velocity")"},
+      {"channel_without_bodies", balls + "[output]\nchannels = [\"contact_force\"]\n",
+       R"(case.toml:6:13: the channel "contact_force" would be missing: particles do not have it
+  expected a [[body]], or no "contact_force")"},
+      {"nothing_turns", head + balls + "[output]\nchannels = [\"angular_velocity\"]\n",
+       R"(case.toml:8:13: the channel "angular_velocity" would be zero: no particles turn
+  expected particles with spin = true, and with friction or an angular velocity, or no "angular_velocity")"},
   };
 }
 

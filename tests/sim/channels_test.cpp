@@ -469,7 +469,7 @@ class BadChannel : public testing::TestWithParam<BadCase> {};
 TEST_P(BadChannel, IsRefusedWithItsPlaceAndAHint) { expect_refused(GetParam()); }
 
 const std::string names =
-    "\"velocity\", \"membrane_strain\", "
+    "\"velocity\", \"angular_velocity\", \"membrane_strain\", "
     "\"membrane_stress\", \"bending_curvature\", "
     "\"bending_moment\", \"crease_curvature\", \"contact_force\", "
     "\"friction_force\", \"reactions\", \"body_energy\", "
@@ -482,57 +482,58 @@ BadCase bad(const std::string& name, const std::string& value, const std::string
 
 INSTANTIATE_TEST_SUITE_P(
     OfChannels, BadChannel,
-    testing::Values(bad("unknown", R"(["velocity", "membrane_stres"])",
-                        "25: \"channels[1]\" is \"membrane_stres\"\n  did you mean "
-                        "\"membrane_stress\"?"),
-                    bad("far_off", R"(["heat"])",
-                        "13: \"channels[0]\" is \"heat\"\n  expected one of " + names),
-                    bad("twice", R"(["body_energy", "velocity", "body_energy"])",
-                        "40: \"body_energy\" is listed twice\n  expected each channel "
-                        "once"),
-                    bad("no_list", "\"velocity\"",
-                        "12: \"channels\" is a string\n  expected an array of names out "
-                        "of " +
-                            names),
-                    bad("number", "[1]",
-                        "13: \"channels[0]\" is a whole number\n  expected an array of "
-                        "names out of " +
-                            names),
-                    bad("contact_off", R"(["contact_force"])",
-                        "13: the channel \"contact_force\" would be zero: contact is off\n "
-                        " expected "
-                        "contact.enabled = true, or no \"contact_force\"",
-                        "[contact]\nenabled = false\n"),
-                    bad("no_friction", R"(["friction_force"])",
-                        "13: the channel \"friction_force\" would be zero: there is no "
-                        "friction\n  expected contact.friction > 0, a [[contact.pair]] with "
-                        "friction, or no \"friction_force\""),
-                    bad("friction_at_rest", R"(["friction_force"])",
-                        "13: the channel \"friction_force\" would be zero: in an "
-                        "equilibrium nothing slides\n  "
-                        "expected another time.method, or no \"friction_force\"",
-                        "[time]\nmethod = \"static\"\n[world]\ngravity = [0, 0, "
-                        "0]\n[contact]\nfriction = "
-                        "0.3\n"),
-                    bad("no_bending", R"(["bending_moment"])",
-                        "13: the channel \"bending_moment\" would be zero: no body resists "
-                        "bending\n  expected "
-                        "a "
-                        "material with bending_stiffness > 0 or orthotropic_bending, or no "
-                        "\"bending_moment\""),
-                    bad("springs", R"(["membrane_stress"])",
-                        "13: the channel \"membrane_stress\" needs a membrane of "
-                        "triangles, and that of body "
-                        "\"sheet\" is made of springs\n  expected membrane = \"triangles\" "
-                        "in [material.net], "
-                        "or "
-                        "no \"membrane_stress\"",
-                        "[material.net]\nmembrane = \"springs\"\n"),
-                    bad("nothing_holds", R"(["reactions"])",
-                        "13: the channel \"reactions\" would be empty: nothing holds the "
-                        "bodies\n  expected a "
-                        "pin, a tie "
-                        "or an obstacle, or no \"reactions\"")),
+    testing::Values(
+        bad("unknown", R"(["velocity", "membrane_stres"])",
+            "25: \"channels[1]\" is \"membrane_stres\"\n  did you mean "
+            "\"membrane_stress\"?"),
+        bad("far_off", R"(["heat"])",
+            "13: \"channels[0]\" is \"heat\"\n  expected one of " + names),
+        bad("twice", R"(["body_energy", "velocity", "body_energy"])",
+            "40: \"body_energy\" is listed twice\n  expected each channel "
+            "once"),
+        bad("no_list", "\"velocity\"",
+            "12: \"channels\" is a string\n  expected an array of names out "
+            "of " +
+                names),
+        bad("number", "[1]",
+            "13: \"channels[0]\" is a whole number\n  expected an array of "
+            "names out of " +
+                names),
+        bad("contact_off", R"(["contact_force"])",
+            "13: the channel \"contact_force\" would be zero: contact is off\n "
+            " expected "
+            "contact.enabled = true, or no \"contact_force\"",
+            "[contact]\nenabled = false\n"),
+        bad("no_friction", R"(["friction_force"])",
+            "13: the channel \"friction_force\" would be zero: there is no "
+            "friction\n  expected contact.friction > 0, particles or a [[contact.pair]] "
+            "with friction, or no \"friction_force\""),
+        bad("friction_at_rest", R"(["friction_force"])",
+            "13: the channel \"friction_force\" would be zero: in an "
+            "equilibrium nothing slides\n  "
+            "expected another time.method, or no \"friction_force\"",
+            "[time]\nmethod = \"static\"\n[world]\ngravity = [0, 0, "
+            "0]\n[contact]\nfriction = "
+            "0.3\n"),
+        bad("no_bending", R"(["bending_moment"])",
+            "13: the channel \"bending_moment\" would be zero: no body resists "
+            "bending\n  expected "
+            "a "
+            "material with bending_stiffness > 0 or orthotropic_bending, or no "
+            "\"bending_moment\""),
+        bad("springs", R"(["membrane_stress"])",
+            "13: the channel \"membrane_stress\" needs a membrane of "
+            "triangles, and that of body "
+            "\"sheet\" is made of springs\n  expected membrane = \"triangles\" "
+            "in [material.net], "
+            "or "
+            "no \"membrane_stress\"",
+            "[material.net]\nmembrane = \"springs\"\n"),
+        bad("nothing_holds", R"(["reactions"])",
+            "13: the channel \"reactions\" would be empty: nothing holds the "
+            "bodies\n  expected a "
+            "pin, a tie "
+            "or an obstacle, or no \"reactions\"")),
     bad_case_name);
 
 }  // namespace

@@ -154,7 +154,7 @@ const std::string ball_on_sheet = R"case(
 duration = 0.1
 frames_per_second = 20
 [output]
-channels = ["velocity", "contact_force", "membrane_strain", "body_energy", "reactions"]
+channels = ["velocity", "contact_force", "friction_force", "membrane_strain", "body_energy", "reactions"]
 [outputs]
 height = "last(position('ball', 0, 0).z)"
 [material.cloth]
@@ -166,6 +166,7 @@ corners = ["first_first", "last_last"]
 [[particles]]
 name = "ball"
 radius = 0.03
+friction = 0.3
 positions = { type = "grid", count = [1, 1, 1], centre = [0, 0, 0.04] }
 )case";
 
@@ -177,6 +178,7 @@ TEST_F(ParticlesTrajectory, HasBodiesBesideParticles) {
   const std::set<std::string> paths = dataset_paths(file);
   EXPECT_TRUE(paths.contains("body/sheet/position"));
   EXPECT_TRUE(paths.contains("body/sheet/contact_force"));
+  EXPECT_TRUE(paths.contains("body/sheet/friction_force"));
   EXPECT_FALSE(paths.contains("particles/ball/contact_force"));
   H5Fclose(file);
   const std::string text = to_text(summarise_trajectory(file_path));
@@ -184,6 +186,42 @@ TEST_F(ParticlesTrajectory, HasBodiesBesideParticles) {
   EXPECT_NE(text.find("sheet"), std::string::npos) << text;
   const TrajectoryReader reader(file_path);
   EXPECT_EQ(reader.positions(1, 2).size(), 1U);
+}
+
+// A ball slides and turns ever faster, by 5/2 friction g / radius, on a floor where it touches it
+// at t = 0. Frames lie between steps.
+TEST_F(ParticlesTrajectory, HasAngularVelocities) {
+  const std::string file_path = run(R"case(
+[time]
+method = "impulses"
+step = 3e-3
+duration = 0.1
+frames_per_second = 100
+[output]
+channels = ["angular_velocity"]
+[[particles]]
+name = "ball"
+radius = 0.05
+friction = 0.1
+restitution = 0
+velocity = [2, 0, 0]
+positions = { type = "grid", count = [1, 1, 1], centre = [0, 0, 0.051] }
+[[obstacle]]
+name = "floor"
+shape = { type = "plane", size = [9, 9] }
+)case");
+  const hid_t file = H5Fopen(file_path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  EXPECT_EQ(read_raw(file, "/particles/ball/angular_velocity").shape,
+            (std::vector<hsize_t>{11, 1, 3}));
+  EXPECT_FALSE(dataset_paths(file).contains("body/floor/angular_velocity"));
+  H5Fclose(file);
+  const TrajectoryReader reader(file_path);
+  const double acceleration = 2.5 * 0.1 * 9.81 / 0.05;
+  const auto turning = [&](int frame) {
+    return reader.field_values(1, "angular_velocity", frame)[1];
+  };
+  EXPECT_NEAR((turning(10) - turning(5)) / 0.05, acceleration, 0.01 * acceleration);
+  EXPECT_NEAR((turning(6) - turning(5)) / 0.01, acceleration, 0.01 * acceleration);
 }
 
 }  // namespace

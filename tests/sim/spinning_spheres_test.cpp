@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <random>
+#include <regex>
 #include <sstream>
 
 #include "sim/contact/contact.h"
@@ -110,6 +111,27 @@ TEST(SpinningSpheres, OnlySlideWithoutSpin) {
   const double exact = gravity * (std::sin(20 * degree) - 0.2 * std::cos(20 * degree));
   EXPECT_NEAR((velocity_of_ball(simulation).norm() - speed) / (simulation.time() - start) / exact,
               1, 0.01);
+}
+
+// Spheres have spins only where something turns them.
+TEST(SpinningSpheres, HaveSpinsWhereTheyCanTurn) {
+  const std::string smooth = on_plane(0, 0, obstacle);
+  const std::string pair =
+      "[[contact.pair]]\nbetween = [\"ball\", \"plane\"]\nfriction = 0.1\nrestitution = 0\n";
+  const auto spins_of = [](const std::string& text, const Overrides& overrides) {
+    const auto scene = build_scene(parse_case(text, "test.toml", overrides));
+    return scene->dynamic_particles - scene->heavy_particles;
+  };
+  EXPECT_EQ(spins_of(smooth, {}), 0);
+  EXPECT_EQ(spins_of(smooth, {"contact.friction=0.3"}), 0);  // that of the particles precedes it
+  EXPECT_EQ(spins_of(smooth, {"particles.0.friction=0.3"}), 1);
+  EXPECT_EQ(spins_of(smooth, {"particles.0.friction=0.3", "contact.enabled=false"}), 0);
+  EXPECT_EQ(spins_of(smooth, {"particles.0.angular_velocity_deg=[0, 0, 1]"}), 1);
+  EXPECT_EQ(spins_of(smooth + pair, {}), 1);
+  EXPECT_EQ(spins_of(smooth + pair, {"particles.0.spin=false"}), 0);
+  const std::string without = std::regex_replace(smooth, std::regex("friction = 0\n"), "");
+  EXPECT_EQ(spins_of(without, {}), 0);
+  EXPECT_EQ(spins_of(without, {"contact.friction=0.3"}), 1);
 }
 
 // A ball that slides without turning rolls after (2/7) v / (friction g), with 5/7 of its speed
@@ -284,6 +306,50 @@ TEST(SpinningSpheres, RecordedEnergiesHaveTheRotation) {
   const double rotation = 0.5 * run.scene().mass[1] * run.velocity()[1].squaredNorm();
   EXPECT_NEAR(rotation / motion, 0.4, 0.02);  // it rolls
   EXPECT_NEAR(run.record("body_energy/ball/kinetic")[0] / (motion + rotation), 1, 1e-12);
+}
+
+// By every method, a ball that rolls turns with its speed over its radius.
+TEST(SpinningSpheres, RecordTheirAngularVelocity) {
+  for (const std::string method : {"cvode", "euler", "impulses"}) {
+    ChannelRun run(on_plane(20, 0.8, obstacle) + "[output]\nchannels = [\"angular_velocity\"]\n",
+                   {"time.method=\"" + method + "\""});
+    run.advance_to(0.2);
+    const std::vector<Vec3> turning = run.vectors("ball", "angular_velocity");
+    ASSERT_EQ(turning.size(), 1);
+    const double speed = run.velocity()[0].norm();
+    EXPECT_GT(speed, 0.3) << method;
+    EXPECT_NEAR(turning[0].y() * radius / speed, 1, 0.02) << method;
+    EXPECT_LT(std::hypot(turning[0].x(), turning[0].z()), 1e-6 * turning[0].y()) << method;
+  }
+}
+
+// A sphere in flight turns on. With spin = false it does not turn at all.
+TEST(SpinningSpheres, RecordsAreThoseOfTheCase) {
+  for (const std::string method : {"arkode", "impulses"}) {
+    ChannelRun run(R"(
+[time]
+duration = 1
+[output]
+channels = ["angular_velocity"]
+[[particles]]
+name = "still"
+radius = 0.1
+spin = false
+positions = { type = "grid", count = [1, 1, 1] }
+[[particles]]
+name = "turning"
+radius = 0.2
+angular_velocity_deg = [0, 90, 0]
+positions = { type = "grid", count = [2, 1, 1], centre = [0, 0, 2] }
+)",
+                   {"time.method=\"" + method + "\""});
+    run.advance_to(0.1);
+    EXPECT_EQ(run.vectors("still", "angular_velocity"), std::vector<Vec3>{Vec3::Zero()});
+    const std::vector<Vec3> turning = run.vectors("turning", "angular_velocity");
+    ASSERT_EQ(turning.size(), 2);
+    for (const Vec3& each : turning)
+      EXPECT_LT((each - Vec3(0, std::acos(-1.0) / 2, 0)).norm(), 1e-12) << method;
+  }
 }
 
 // Balls that touch each other, cloth and an obstacle, and turn.
