@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -46,9 +45,12 @@ double largest_strain(const Scene& scene, std::span<const Vec3> position) {
       Eigen::Matrix<double, 3, 2> frame;
       frame << along, normal.cross(along);
       const Eigen::Matrix2d in_plane = frame.transpose() * rest;
-      const Eigen::JacobiSVD<Eigen::Matrix<double, 3, 2>> decomposed(
-          sides_of(position, body.first_particle) * in_plane.inverse());
-      largest = std::max(largest, decomposed.singularValues()[0] - 1);
+      const Eigen::Matrix<double, 3, 2> deformation =
+          sides_of(position, body.first_particle) * in_plane.inverse();
+      const Eigen::Matrix2d squares = deformation.transpose() * deformation;
+      const double middle = 0.5 * squares.trace(),
+                   radius = std::hypot(0.5 * (squares(0, 0) - squares(1, 1)), squares(0, 1));
+      largest = std::max(largest, std::sqrt(middle + radius) - 1);
     }
   }
   return largest;

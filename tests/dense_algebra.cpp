@@ -10,6 +10,11 @@ Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& symmetric) {
       .eigenvalues();
 }
 
+Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  return Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(a, b, Eigen::EigenvaluesOnly)
+      .eigenvalues();
+}
+
 Eigen::MatrixXd congruent(const Eigen::MatrixXd& middle, const Eigen::MatrixXd& a) {
   return a.transpose() * middle * a;
 }

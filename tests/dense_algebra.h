@@ -10,6 +10,10 @@ namespace weft {
 // Returns the eigenvalues of a symmetric matrix in ascending order.
 Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& symmetric);
 
+// Returns the numbers k of the equation a x = k b x in ascending order, for symmetric matrices of
+// which b is positive definite.
+Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
 // Returns transpose(a) * middle * a.
 Eigen::MatrixXd congruent(const Eigen::MatrixXd& middle, const Eigen::MatrixXd& a);
 

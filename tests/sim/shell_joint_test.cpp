@@ -1,5 +1,4 @@
 // Patches of shells that meet: where they do, and that they bend as one surface.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -8,6 +7,7 @@
 #include "joint_cases.h"
 #include "shell_model.h"
 #include "sim/scene/patch_joints.h"
+#include "tests/dense_algebra.h"
 
 namespace weft::sim::shell_joint_test {
 namespace {
@@ -95,9 +95,7 @@ TEST_P(ShellOfDegree, ForcesAndMatricesAgreeWithTheEnergy) {
 }
 
 int zero_directions(const ShellModel& model) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(model.tangent(),
-                                                              Eigen::EigenvaluesOnly);
-  const Eigen::VectorXd& values = solver.eigenvalues();
+  const Eigen::VectorXd values = eigenvalues(model.tangent());
   return static_cast<int>((values.array() < 1e-11 * values.maxCoeff()).count());
 }
 

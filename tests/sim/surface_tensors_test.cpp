@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "tests/dense_algebra.h"
 #include "tests/measured_fabrics.h"
 #include "tests/sim/channel_run.h"
 
@@ -129,8 +129,7 @@ TEST(SurfaceTensors, FoldedSheetKeepsItsStrain) {
   Eigen::Matrix2d stretch;
   stretch << 1.1, 0.05, 0.05, 0.95;
   const Eigen::Matrix2d green = 0.5 * (stretch * stretch - Eigen::Matrix2d::Identity());
-  const Eigen::Vector2d principal =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(green).eigenvalues();
+  const Eigen::Vector2d principal = eigenvalues(green);
   const Eigen::Vector2d crease = stretch.col(1).normalized();
   std::vector<Vec3> position;
   for (const Vec3& x : body.rest) {
