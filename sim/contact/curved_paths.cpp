@@ -42,8 +42,8 @@ struct Division {
 };
 
 const Division& division_of(int n) {
-  static const Division whole(1), fine(shell_division);
-  return n == 1 ? whole : fine;
+  static const Division point(0), whole(1), fine(shell_division);
+  return n == 0 ? point : n == 1 ? whole : fine;
 }
 
 // Lists the pairs of features of two divided triangles, whose corners are numbered through.
@@ -66,13 +66,14 @@ struct DividedPairs {
 };
 
 const DividedPairs& pairs_of(int division, int other_division) {
-  const auto make = [](int one, int other) {
-    return DividedPairs(division_of(one), division_of(other));
-  };
-  static const std::array<DividedPairs, 4> all{make(1, 1), make(1, shell_division),
-                                               make(shell_division, 1),
-                                               make(shell_division, shell_division)};
-  return all[(division > 1 ? 2 : 0) + (other_division > 1 ? 1 : 0)];
+  static const auto all = [] {
+    std::vector<DividedPairs> pairs;
+    for (const int one : {0, 1, shell_division})
+      for (const int other : {0, 1, shell_division})
+        pairs.emplace_back(division_of(one), division_of(other));
+    return pairs;
+  }();
+  return all[3 * std::min(division, 2) + std::min(other_division, 2)];
 }
 
 Eigen::AlignedBox3d box_of_path(std::span<const Vec3> start, std::span<const Vec3> end) {
@@ -127,11 +128,15 @@ CurvedPaths::CurvedPaths(const Scene& scene) : scene_(scene) {
   visit([&](int point, int triangle) { triangles_[next[point]++] = triangle; });
 }
 
-// Lists the triangles that have all these points for corners.
+// Lists the triangles that have all these points for corners. A sphere stands for its triangle.
 void CurvedPaths::list_triangles(std::span<const int> points, std::vector<Triangle>& found) const {
   found.clear();
   const int number = scene_.body_index_of_point(points[0]);
   const SceneBody& body = scene_.bodies[number];
+  if (body.spheres != nullptr) {
+    found.push_back({number, points[0] - body.first_point});
+    return;
+  }
   for (int i = first_[points[0]]; i < first_[points[0] + 1]; ++i) {
     const auto& corners = body.surface_mesh().triangles[triangles_[i]];
     const bool has_all = std::ranges::all_of(points, [&](int point) {
@@ -164,6 +169,13 @@ CurvedPaths::Piece CurvedPaths::piece_of(const Triangle& triangle, const Path& p
                                          const CurveStray& curve,
                                          const RigidObstacles& obstacles) const {
   const SceneBody& body = scene_.bodies[triangle.body];
+  if (body.spheres != nullptr) {
+    const int point = body.first_point + triangle.number;
+    return {.start = {path.start.position()[point]},
+            .end = {path.end.position()[point]},
+            .division = 0,
+            .deviation = body.spheres->radius};
+  }
   const auto& corners = body.surface_mesh().triangles[triangle.number];
   const double covered = body.spline ? curve.covered * body.thickness : 0;
   Piece piece;
@@ -199,6 +211,7 @@ CurvedPaths::Piece CurvedPaths::piece_of(const Triangle& triangle, const Path& p
 // True if the triangles share a point or have points that are sewn together.
 bool CurvedPaths::touch(const Triangle& one, const Triangle& other) const {
   const SceneBody &body = scene_.bodies[one.body], &beyond = scene_.bodies[other.body];
+  if (body.spheres != nullptr || beyond.spheres != nullptr) return false;
   for (const int a : body.surface_mesh().triangles[one.number]) {
     for (const int b : beyond.surface_mesh().triangles[other.number]) {
       const int point = body.first_point + a, second = beyond.first_point + b;

@@ -37,14 +37,15 @@ class CurvedPaths {
                                                        const RigidObstacles& obstacles);
 
  private:
-  // A piece of surface over a triangle, in smaller triangles.
+  // A piece of surface over a triangle, in smaller triangles, or a sphere: a point from which the
+  // surface deviates by the radius.
   struct Piece {
     std::vector<Vec3> start, end;  // corners, m
-    int division = 1;              // number of parts of each side
+    int division = 1;              // number of parts of each side; 0 for a point
     double deviation = 0;          // m, bound of the distance between surface and triangles
   };
   struct Triangle {
-    int body = 0, number = 0;
+    int body = 0, number = 0;  // number in the mesh of the body, or of the sphere in its group
     auto operator<=>(const Triangle&) const = default;  // NOLINT(modernize-use-nullptr)
   };
 

@@ -10,6 +10,17 @@
 
 namespace weft::sim {
 
+namespace {
+
+// Returns the thickness (m) of a shell beside a sphere, or 0 for other pairs of bodies.
+double shell_beside_sphere(const SceneBody& one, const SceneBody& other) {
+  if (one.spheres != nullptr && other.spline) return other.thickness;
+  if (other.spheres != nullptr && one.spline) return one.thickness;
+  return 0;
+}
+
+}  // namespace
+
 // Returns an upper bound of the stray of both features together, m. A point of a feature is a
 // convex combination of the feature's corners, so it strays no more than the corner that strays
 // most.
@@ -91,9 +102,16 @@ std::optional<ContactFault> SurfaceContact::check_part(
   // If a gap is demanded, the end must keep the whole thickness.
   const double kept = demand.gap ? path_distance(group) : 0.0;
   const PointStray& stray = demand.stray;
+  // The strays of a shell leave out what its thickness covers. Beside a sphere, paths do not keep
+  // it.
+  const double shell = demand.curve.body.empty() ? 0
+                                                 : shell_beside_sphere(scene_.bodies[group.body_a],
+                                                                       scene_.bodies[group.body_b]);
+  const double uncovered =
+      shell > 0 ? demand.curve.covered * shell + (demand.gap ? group.thickness - kept : 0) : 0;
   // The cheap test uses the largest strays of both bodies. The stray of a single pair may be
   // smaller.
-  double largest = kept;
+  double largest = kept + uncovered;
   for (const std::span<const double> by_body : {stray.body, demand.curve.body}) {
     if (!by_body.empty()) largest += by_body[group.body_a] + by_body[group.body_b];
   }
@@ -110,7 +128,7 @@ std::optional<ContactFault> SurfaceContact::check_part(
     }
     double separation = kept;
     if (!stray.body.empty()) separation += stray_of(pair, stray);
-    const double curve = demand.curve.body.empty() ? 0 : stray_of(pair, demand.curve);
+    const double curve = demand.curve.body.empty() ? 0 : stray_of(pair, demand.curve) + uncovered;
     bsi::FourPoints from, to;
     for (int k = 0; k < 4; ++k) {
       from[k] = start[pair.nodes[k]];
@@ -123,7 +141,8 @@ std::optional<ContactFault> SurfaceContact::check_part(
     if (is_safe(separation + curve)) continue;
     if (curve == 0 || !is_safe(separation))
       return ContactFault{ContactFault::Kind::crossing, pair.nodes, gap};
-    const double left_by = curve + 2 * demand.curve.covered * group.thickness;
+    const double left_by =
+        uncovered > 0 ? curve : curve + 2 * demand.curve.covered * group.thickness;
     open.push_back({pair.nodes, pair.edges ? 2 : 1, left_by});
   }
   return std::nullopt;

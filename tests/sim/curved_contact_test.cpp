@@ -66,6 +66,20 @@ Lowest lowest_of(const SceneBody& shell, std::span<const Vec3> control) {
   return lowest;
 }
 
+// The distance (m) of a point from the surface itself, between points 1.7 mm apart.
+double nearest_of(const SceneBody& shell, std::span<const Vec3> control, const Vec3& point) {
+  double nearest = INFINITY;
+  const auto& [u, v] = shell.spline->patches()[0];
+  for (int i = 0; i <= 40 * u.elements(); ++i) {
+    for (int j = 0; j <= 40 * v.elements(); ++j) {
+      const SplineSurface::Place place{0, i / 40.0, j / 40.0};
+      const Vec3 at = shell.spline->at(shell.atlas, place).position(control);
+      nearest = std::min(nearest, (at - point).norm());
+    }
+  }
+  return nearest;
+}
+
 // The height (m) of the gutter's lowest sample above the plate for the height 0 of its body.
 Lowest lowest_at_zero() {
   const auto scene = build_scene(parse_case(gutter(0), "test.toml"));
@@ -223,6 +237,35 @@ TEST(CurvedContact, ARunEndsBeforeCurvedSurfacesMeet) {
     EXPECT_GT(simulation.time(), 1e-3);
     EXPECT_LT(simulation.time(), 0.02);
   }
+}
+
+// A sphere below the lowest line of the gutter, between two rows of samples.
+std::string above_a_sphere(double distance) {
+  return gutter(0.5,
+                "[[particles]]\nname = \"ball\"\nradius = 5e-3\ndensity = 2e4\nspin = false\n"
+                "positions = { type = \"grid\", count = [1, 1, 1], centre = [0.0166, 0, " +
+                    std::to_string(0.5 - distance) + "] }\n");
+}
+
+TEST(CurvedContact, ASphereIsKeptFromTheCurvedSurface) {
+  try {
+    check_initial_state(*build_scene(parse_case(above_a_sphere(0.0055), "test.toml")));
+    FAIL() << "accepted";
+  } catch (const CaseError& error) {
+    EXPECT_NE(std::string(error.what()).find("the curved surfaces at "), std::string::npos)
+        << error.what();
+  }
+  Simulation simulation = simulation_of(above_a_sphere(0.009));
+  check_initial_state(simulation.scene());
+  std::optional<Failure> failure;
+  while (simulation.time() < 0.03 && !failure) {
+    failure = simulation.step();
+    const Vec3 ball = simulation.position("ball")[0];
+    EXPECT_GT(nearest_of(simulation.scene().bodies[0], simulation.position("gutter"), ball), 5e-3)
+        << simulation.time();
+  }
+  ASSERT_TRUE(failure);
+  EXPECT_NE(failure->text.find("the curved surfaces at "), std::string::npos) << failure->text;
 }
 
 // The advice of the message helps.
