@@ -37,7 +37,6 @@ class SphereContactLaws {
 
   const Scene& scene_;
   SphereLaws laws_;
-  double impact_speed_;  // m/s, largest expected speed of an impact
   // By body: the first surface point of its spins minus its own, or 0 if it does not turn.
   std::vector<int> to_spin_;
 };

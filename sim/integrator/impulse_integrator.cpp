@@ -1,15 +1,20 @@
 // Rigid spheres that collide by impulses: TimeMethod::impulses.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "sim/case/case_text.h"
+#include "sim/case/frame_times.h"
 #include "sim/integrator/integrator_makers.h"
 #include "sim/particles/displacement_solver.h"
 #include "sim/particles/impulse_solver.h"
 #include "sim/particles/sphere_search.h"
+#include "sim/scene/scene_curves.h"
 #include "sim/scene/sphere_groups.h"
 
 namespace weft::sim {
@@ -53,6 +58,19 @@ std::vector<Vec3> start_spins(const Scene& scene) {
   return spins;
 }
 
+// Returns the times (s) at which motions of obstacles and varying values are not smooth.
+std::vector<double> event_times(const Scene& scene) {
+  std::vector<double> times;
+  for (const PrescribedMotion& held : scene.prescribed) {
+    if (!held.moves) continue;
+    for (auto event = held.motion.next_event(0); event; event = held.motion.next_event(event->time))
+      times.push_back(event->time);
+  }
+  for (const MotionEvent& event : SceneCurves(scene.source).events()) times.push_back(event.time);
+  std::ranges::sort(times);
+  return times;
+}
+
 class ImpulseIntegrator final : public Integrator {
  public:
   ImpulseIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -71,6 +89,11 @@ class ImpulseIntegrator final : public Integrator {
         drag_(drag_factors(scene)),
         has_drag_(std::ranges::any_of(drag_, [](double factor) { return factor > 0; })),
         smallest_radius_(*std::ranges::min_element(search_.radii())),
+        events_(event_times(scene)),
+        longest_step_(SceneCurves(scene.source).longest_step()),
+        obstacles_move_(std::ranges::any_of(
+            surfaces_.all(), [](const auto& surface) { return surface.motion != nullptr; })),
+        frame_times_(scene.source),
         state_(dynamics.initial_state()),
         before_(state_),
         spin_(start_spins(scene)),
@@ -86,12 +109,13 @@ class ImpulseIntegrator final : public Integrator {
   void restart(double time, std::span<const double> y) override;
   void transfer(StateArchive& archive) override {
     archive(time_, start_time_, state_, before_, spin_, spin_before_, counts_, own_.pairs,
-            own_.smallest_gap, own_.spin_energy);
+            own_.smallest_gap);
     solver_.transfer(archive);
     displacements_.transfer(archive);
   }
   const OwnContact* own_contact() const override { return &own_; }
   std::vector<Vec3> spins_at(double time) const override;
+  double spin_energy_at(double time) const override;
 
  private:
   std::span<const Vec3> positions() const { return StateView::of(state_).position; }
@@ -99,16 +123,17 @@ class ImpulseIntegrator final : public Integrator {
   double default_step() const;
   void find_accelerations(double length);
   std::optional<double> choose_length();
+  double time_to_next_event();
+  std::optional<Failure> try_step(double length);
   std::optional<Failure> collide(const SphereStart& start, const ImpulseStep& step);
   void find_reach(const ImpulseStep& step);
   std::optional<Failure> separate(const SphereStart& start);
   bool fix_overlapping();
   void move(double length);
   void move_again(double length);
-  double obstacle_travel(double end) const;
+  double obstacle_travel(double end, double farthest) const;
   Failure failure(const SphereContact& contact) const;
   void note_contacts(std::span<const SphereContact> contacts);
-  double spin_energy() const;
   // Returns the part of the last step that precedes `time`.
   double share_of_step(double time) const { return (time - start_time_) / (time_ - start_time_); }
 
@@ -127,6 +152,11 @@ class ImpulseIntegrator final : public Integrator {
   std::vector<double> drag_;
   bool has_drag_;
   double smallest_radius_;
+  std::vector<double> events_;  // s, sorted: when motions and curves are not smooth
+  double longest_step_;         // s, resolves every gust
+  bool obstacles_move_;
+  FrameTimes frame_times_;
+  long next_frame_ = 0;                   // the first frame that is not known to have passed
   double time_ = 0, start_time_ = 0;      // s, end and start of the last step
   std::vector<double> state_, before_;    // at time_ and at start_time_
   std::vector<Vec3> spin_, spin_before_;  // rad/s, by sphere
@@ -147,12 +177,27 @@ double ImpulseIntegrator::default_step() const {
   return std::min(frame, default_step_share * std::sqrt(smallest_radius_ / gravity));
 }
 
-// Finds the accelerations of free spheres. Drag is that of the velocity at the middle of the step.
+// Returns the time (s) until a step must end: at the next event and, beside obstacles that move, at
+// the next frame. Between the ends of a step, spheres are interpolated along straight paths, which
+// obstacles on curved paths may touch.
+double ImpulseIntegrator::time_to_next_event() {
+  const double passed = time_ + scene_.source.time.minimum_step;
+  const auto event = std::ranges::upper_bound(events_, passed);
+  const double next = event == events_.end() ? std::numeric_limits<double>::infinity() : *event;
+  if (!obstacles_move_) return next - time_;
+  auto frame = frame_times_.at(next_frame_);
+  while (frame && *frame <= passed) frame = frame_times_.at(++next_frame_);
+  return std::min(next, frame.value_or(next)) - time_;
+}
+
+// Finds the accelerations of free spheres, with gravity, wind and velocities as they are in the
+// middle of the step.
 void ImpulseIntegrator::find_accelerations(double length) {
-  const Vec3 gravity = dynamics_.gravity(time_);
+  const double middle_time = time_ + 0.5 * length;
+  const Vec3 gravity = dynamics_.gravity(middle_time);
   acceleration_.assign(count_, gravity);
   if (!has_drag_) return;
-  const Instant now = dynamics_.instant(time_);
+  const Instant now = dynamics_.instant(middle_time);
   const Vec3 wind = wind_.at(now);
   const double density = air_density_.at(now);
   const auto drag = [&](int i, const Vec3& velocity) {
@@ -167,9 +212,11 @@ void ImpulseIntegrator::find_accelerations(double length) {
 }
 
 // Returns the length of the next step: the wanted one, divided by a whole number such that no
-// sphere, and no more than a few of many, moves too far. Returns nothing if that is too short.
+// sphere moves too far, by itself and towards obstacles, and no more than a few of many. Returns
+// nothing if that is too short.
 std::optional<double> ImpulseIntegrator::choose_length() {
-  const double wanted = scene_.source.time.step.value_or(default_step());
+  const double wanted = std::min(
+      {scene_.source.time.step.value_or(default_step()), longest_step_, time_to_next_event()});
   find_accelerations(wanted);
   squared_speed_.resize(count_);
   for (int i = 0; i < count_; ++i) {
@@ -180,37 +227,37 @@ std::optional<double> ImpulseIntegrator::choose_length() {
   const auto usual = squared_speed_.end() - 1 - static_cast<int>(fast_share * count_);
   std::ranges::nth_element(squared_speed_, usual);
   const double fastest = *std::max_element(usual, squared_speed_.end());
+  const double farthest = wanted * std::sqrt(fastest);
   const double travel =
-      wanted * std::max(std::sqrt(fastest) / largest_move, std::sqrt(*usual) / usual_move);
+      std::max((farthest + obstacle_travel(time_ + wanted, farthest)) / largest_move,
+               wanted * std::sqrt(*usual) / usual_move);
   const double parts = std::max(1.0, std::ceil(travel / smallest_radius_));
   const double length = wanted / parts;
-  if (!(length > scene_.source.time.minimum_step)) return std::nullopt;
+  const double longest = wanted * smallest_radius_ / travel;
+  if (parts > 1 && !(longest > scene_.source.time.minimum_step)) return std::nullopt;
   if (parts > 1) find_accelerations(length);
   return length;
 }
 
 std::optional<Failure> ImpulseIntegrator::step() {
   if (auto failure = reason_to_stop()) return failure;
-  const std::optional<double> length = choose_length();
+  dynamics_.begin_step(time_);
+  std::optional<double> length = choose_length();
   if (!length) {
     return Failure{Failure::Kind::unstable, time_, -1,
                    "at t = " + rounded_text(time_) +
                        " s the particles are so fast that a step must be shorter than the "
                        "minimum_step"};
   }
-  ++dynamics_.statistics().counters.force_evaluations;
-  const double end = time_ + *length;
-  dynamics_.begin_step(time_);
-  laws_.set_friction(friction_.at(dynamics_.instant(time_)));
-  const std::vector<RigidPose> poses = surfaces_.poses(time_), ends = surfaces_.poses(end);
-  const SphereStart start{positions(), velocities(), acceleration_, poses, ends, *length};
-  const ImpulseStep step{*length, 0.5 * *length * dynamics_.gravity(time_).norm(), velocities(),
-                         acceleration_};
-  velocity_.resize(count_);
-  turned_ = spin_;
-  mean_.resize(count_);
-  end_.resize(count_);
-  if (auto failure = collide(start, step)) return failure;
+  for (;;) {
+    auto failure = try_step(*length);
+    if (!failure) break;
+    // Obstacles that move may leave room on a shorter way.
+    if (!obstacles_move_ || 0.5 * *length < scene_.source.time.minimum_step) return failure;
+    *length *= 0.5;
+    find_accelerations(*length);
+    ++counts_.vetoed_steps;
+  }
   if (!std::ranges::all_of(end_, [](const Vec3& x) { return x.allFinite(); })) {
     return Failure{Failure::Kind::not_finite, time_, -1,
                    "at t = " + rounded_text(time_) + " s a position is not finite"};
@@ -222,10 +269,25 @@ std::optional<Failure> ImpulseIntegrator::step() {
   spin_before_.swap(spin_);
   spin_.swap(turned_);
   start_time_ = time_;
-  time_ = end;
+  time_ += *length;
   ++counts_.steps;
-  own_.spin_energy = spin_energy();
   return std::nullopt;
+}
+
+// Finds the state at the end of a step of this length. Fails if surfaces cannot be kept apart.
+std::optional<Failure> ImpulseIntegrator::try_step(double length) {
+  ++dynamics_.statistics().counters.force_evaluations;
+  laws_.set_friction(friction_.at(dynamics_.instant(time_)));
+  const std::vector<RigidPose> poses = surfaces_.poses(time_),
+                               ends = surfaces_.poses(time_ + length);
+  const SphereStart start{positions(), velocities(), acceleration_, poses, ends, length};
+  const double gravity = dynamics_.gravity(time_ + 0.5 * length).norm();
+  const ImpulseStep step{length, 0.5 * length * gravity, velocities(), acceleration_};
+  velocity_.resize(count_);
+  turned_ = spin_;
+  mean_.resize(count_);
+  end_.resize(count_);
+  return collide(start, step);
 }
 
 // Moves spheres by their displacements.
@@ -247,16 +309,25 @@ void ImpulseIntegrator::move_again(double length) {
   }
 }
 
-// Returns the largest distance (m) that a point of an obstacle moves until `end` (s).
-double ImpulseIntegrator::obstacle_travel(double end) const {
-  double travel = 0;
+// Returns the largest distance (m) that a point of an obstacle moves until `end` (s). Obstacles do
+// not count that stay away from all spheres, which move by up to `farthest` (m).
+double ImpulseIntegrator::obstacle_travel(double end, double farthest) const {
+  if (!obstacles_move_) return 0;
+  Eigen::AlignedBox3d box;
+  for (const Vec3& place : positions()) box.extend(place);
+  const double largest_radius = *std::ranges::max_element(search_.radii());
+  double largest = 0;
   for (const ObstacleSurface& surface : surfaces_.all()) {
     if (surface.motion == nullptr) continue;
-    travel = std::max(
-        travel,
-        surface.motion->bounds(time_, end, surface.motion->radius_of(surface.vertices)).travel);
+    const double radius = surface.motion->radius_of(surface.vertices);
+    const double travel = surface.motion->bounds(time_, end, radius).travel;
+    const RigidPose pose = surface.motion->pose(time_);
+    const double reach =
+        radius + travel + surface.half_thickness + largest_radius + padding_ + farthest;
+    if (box.exteriorDistance(Vec3(pose.centre + pose.translation)) <= reach)
+      largest = std::max(largest, travel);
   }
-  return travel;
+  return largest;
 }
 
 // Finds the velocities, spins and positions at the end of the step.
@@ -287,13 +358,17 @@ std::optional<Failure> ImpulseIntegrator::collide(const SphereStart& start,
 
 // Finds how far each sphere moves freely, plus the motion of obstacles and the gap at rest.
 void ImpulseIntegrator::find_reach(const ImpulseStep& step) {
-  const double travel = obstacle_travel(time_ + step.length);
+  double farthest = 0;
   reach_.resize(count_);
   for (int i = 0; i < count_; ++i) {
     const double speed = step.velocity[i].norm(),
                  growth = step.length * step.acceleration[i].norm();
-    reach_[i] = step.length * (speed + 0.5 * growth) + 2 * solver_.rest_gaps()[i] + travel;
+    const double way = step.length * (speed + 0.5 * growth);
+    reach_[i] = way + 2 * solver_.rest_gaps()[i];
+    farthest = std::max(farthest, way);
   }
+  const double travel = obstacle_travel(time_ + step.length, farthest);
+  for (double& reach : reach_) reach += travel;
 }
 
 // Moves the spheres, and corrects their displacements until none overlaps anything. Contacts that
@@ -346,9 +421,10 @@ void ImpulseIntegrator::note_contacts(std::span<const SphereContact> contacts) {
     own_.smallest_gap = std::min(own_.smallest_gap.value_or(contact.gap), contact.gap);
 }
 
-double ImpulseIntegrator::spin_energy() const {
+double ImpulseIntegrator::spin_energy_at(double time) const {
+  const std::vector<Vec3> spins = spins_at(time);
   double sum = 0;
-  for (int i = 0; i < count_; ++i) sum += 0.5 * solver_.inertia(i) * spin_[i].squaredNorm();
+  for (int i = 0; i < count_; ++i) sum += 0.5 * solver_.inertia(i) * spins[i].squaredNorm();
   return sum;
 }
 
@@ -373,10 +449,10 @@ std::vector<Vec3> ImpulseIntegrator::spins_at(double time) const {
 }
 
 void ImpulseIntegrator::restart(double time, std::span<const double> y) {
+  spin_ = spin_before_ = spins_at(time);
   time_ = start_time_ = time;
   state_.assign(y.begin(), y.end());
   before_ = state_;
-  spin_before_ = spin_;
   solver_.forget();
   displacements_.forget();
   ++counts_.restarts;

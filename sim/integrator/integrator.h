@@ -27,7 +27,6 @@ struct PathPoint {
 struct OwnContact {
   std::int64_t pairs = 0;              // contacts in reach
   std::optional<double> smallest_gap;  // m; empty without contacts
-  double spin_energy = 0;              // J, kinetic energy of the spins of spheres
 };
 
 // Integrates from t = 0 and the scene's initial state. With contact on, every step is checked along
@@ -74,6 +73,8 @@ class Integrator {
   // Returns the angular velocities (rad/s) of all spheres at `time` (s), within the last step, for
   // methods that keep them apart from the state.
   virtual std::vector<Vec3> spins_at(double /*time*/) const { return {}; }
+  // Returns the kinetic energy (J) of these spins.
+  virtual double spin_energy_at(double /*time*/) const { return 0; }
   // Returns the point at time() on the path of equilibria. Returns nothing for methods that do not
   // factorise the tangent stiffness.
   virtual std::optional<PathPoint> path_point() const { return std::nullopt; }

@@ -65,11 +65,20 @@ void SphereSearch::cover_pairs(std::span<const Vec3> place, std::span<const doub
   allowance_.resize(radii_.size());
   enlarged_.resize(radii_.size());
   for (std::size_t i = 0; i < radii_.size(); ++i) {
-    allowance_[i] = allowed_reaches * reach_[i] + slack_share * radii_[i];
+    const double least = reach.empty() ? 0 : reach[i];
+    allowance_[i] = std::max(allowed_reaches * reach_[i], least) + slack_share * radii_[i];
     enlarged_[i] = radii_[i] + allowance_[i];
   }
   statistics_.counters.bound_tests += grid_.find_pairs(place, enlarged_, pairs_);
   statistics_.counters.candidate_pairs += pairs_.count();
+}
+
+// Makes the pairs complete for spheres that touch on their straight paths.
+void SphereSearch::cover_paths(std::span<const Vec3> start, std::span<const Vec3> end) {
+  if (pairs_hold(start, {}) && pairs_hold(end, {})) return;
+  way_.resize(radii_.size());
+  for (std::size_t i = 0; i < radii_.size(); ++i) way_[i] = (end[i] - start[i]).norm();
+  cover_pairs(start, way_);
 }
 
 Vec3 SphereSearch::local(int surface, const RigidPose& pose, const Vec3& place) const {
@@ -214,7 +223,7 @@ void SphereSearch::find_overlaps(const SphereStart& start, std::span<const Vec3>
                                  std::span<const char> changed,
                                  std::vector<SphereContact>& overlaps) {
   overlaps.clear();
-  cover_pairs(end, {});
+  cover_paths(start.position, end);
   const PhaseTimer timer(statistics_.phases.narrow_phase);
   const auto is_same = [&](int sphere) { return !changed.empty() && changed[sphere] == 0; };
   const int count = static_cast<int>(radii_.size());

@@ -60,6 +60,7 @@ class SphereSearch {
     std::array<double, 3> weight{};  // barycentric coordinates of the point
   };
   void cover_pairs(std::span<const Vec3> place, std::span<const double> reach);
+  void cover_paths(std::span<const Vec3> start, std::span<const Vec3> end);
   bool pairs_hold(std::span<const Vec3> place, std::span<const double> reach) const;
   void cover_surface(int surface, int sphere, const Vec3& local, double need);
   Vec3 local(int surface, const RigidPose& pose, const Vec3& place) const;
@@ -86,6 +87,7 @@ class SphereSearch {
   std::vector<double> allowance_;  // m, by sphere, when the pairs were found
   std::vector<double> reach_;      // m, by sphere, of the last call of find_contacts()
   std::vector<double> enlarged_;   // m, radii for the grid
+  std::vector<double> way_;        // m, by sphere, from the start to the end of a path
   std::vector<Closest> near_;      // triangles near one sphere
 };
 

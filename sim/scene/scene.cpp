@@ -10,6 +10,7 @@
 #include "sim/case/case_error.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/scene/held_bodies.h"
+#include "sim/scene/impact_speed.h"
 #include "sim/scene/load_points.h"
 #include "sim/scene/pins.h"
 #include "sim/scene/recorded_bodies.h"
@@ -355,6 +356,7 @@ std::unique_ptr<const Scene> build_scene(const Case& source) {
   std::ranges::move(pins, std::back_inserter(scene->prescribed));
   apply_initial_motions(*scene);
   add_timed_pins(*scene);
+  if (!source.particles.empty()) scene->impact_speed = expected_impact_speed(*scene);
   add_loads(*scene);
   add_ties(*scene);
   add_seams(*scene);

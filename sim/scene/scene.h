@@ -144,6 +144,7 @@ struct Scene {
   // True if spheres collide: TimeMethod::impulses with contact. The method finds its contacts
   // itself, so `source` has contact.enabled = false.
   bool spheres_collide = false;
+  double impact_speed = 0;  // m/s: expected_impact_speed(); 0 without spheres
 
   std::vector<Vec3> initial_position;  // m, by particle
   std::vector<double> mass;          // kg, by dynamic particle; of a spin: the inertia by radius^2

@@ -19,8 +19,10 @@ class CurveFinder {
     note_drag(add("world.wind", case_.world.wind));
     note_drag(add("world.air_density", case_.world.air_density));
     if (SceneCurve* friction = add("contact.friction", case_.contact.friction)) {
-      friction->moves_all = case_.contact.enabled;
-      if (!case_.contact.enabled) friction->unused = "contact.enabled is false";
+      // A scene of impulses has contact off, since the method finds its contacts itself.
+      const bool acts = case_.contact.enabled || case_.time.method == TimeMethod::impulses;
+      friction->moves_all = acts;
+      if (!acts) friction->unused = "contact.enabled is false";
     }
     for (const MaterialCase& material : case_.material) add_material(material);
     for (std::size_t i = 0; i < case_.load.size(); ++i) add_load(case_.load[i], i);
@@ -46,7 +48,11 @@ class CurveFinder {
       if (is_used(material) && has_drag(material) && !case_.world.air_density.is_zero())
         air->moves_materials.push_back(material.name);
     }
-    if (air->moves_materials.empty()) air->unused = "nothing has drag";
+    air->moves_all = !case_.world.air_density.is_zero() &&
+                     std::ranges::any_of(case_.particles, [](const ParticlesCase& group) {
+                       return group.drag_coefficient > 0;
+                     });
+    if (air->moves_materials.empty() && !air->moves_all) air->unused = "nothing has drag";
   }
 
   void add_load(const LoadCase& load, std::size_t number) {

@@ -61,11 +61,11 @@ struct Simulation::Implementation {
     return sleeping != nullptr ? sleeping->awake_state() : integrator->state();
   }
   Energies with_asleep(const Energies& of_awake) const {
-    return sleeping != nullptr ? sleeping->with_asleep(of_awake) : with_spins(of_awake);
+    return sleeping != nullptr ? sleeping->with_asleep(of_awake)
+                               : with_spins(of_awake, integrator->time());
   }
-  Energies with_spins(Energies energies_of_state) const {
-    if (const OwnContact* own = integrator->own_contact())
-      energies_of_state.kinetic += own->spin_energy;
+  Energies with_spins(Energies energies_of_state, double time) const {
+    energies_of_state.kinetic += integrator->spin_energy_at(time);
     return energies_of_state;
   }
 
@@ -387,11 +387,11 @@ const Statistics& Simulation::statistics() const { return implementation_->stati
 const Energies& Simulation::energies() const {
   Implementation& self = *implementation_;
   if (!self.energies) {
+    const double time = self.integrator->time();
     self.energies =
         self.integrator->counts().steps == 0
-            ? self.with_spins(self.awake().energies(self.integrator->time(), self.awake_state()))
-            : self.with_asleep(
-                  self.awake().energies_at_last_rate(self.integrator->time(), self.awake_state()));
+            ? self.with_spins(self.awake().energies(time, self.awake_state()), time)
+            : self.with_asleep(self.awake().energies_at_last_rate(time, self.awake_state()));
   }
   return *self.energies;
 }
@@ -404,8 +404,8 @@ StateSummary Simulation::summary_of(double time, std::span<const double> y) cons
   };
   if (self.sleeping == nullptr) {
     const OwnContact* own = self.integrator->own_contact();
-    return {self.with_spins(awake.energies(time, y)), own != nullptr ? own->smallest_gap : gap(),
-            0};
+    return {self.with_spins(awake.energies(time, y), time),
+            own != nullptr ? own->smallest_gap : gap(), 0};
   }
   const Energies of_awake = awake.energies(time, self.sleeping->awake_part(y));
   return {self.sleeping->with_asleep(of_awake), self.sleeping->with_asleep(gap()),
