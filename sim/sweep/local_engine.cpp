@@ -72,11 +72,16 @@ struct Active {
   std::optional<Clock::time_point> to_kill = {};  // time at which SIGKILL follows SIGTERM
 };
 
-// Returns `reason` of the JSON object that weft run printed, or an empty text.
-std::string reason_in(const std::string& report) {
+// Returns `reason` of the JSON object that weft run printed, or an empty text. Files of the attempt
+// are named as they are once the run has ended, when they lie in the folder of the run.
+std::string reason_in(const std::string& report, const std::filesystem::path& attempt) {
   const auto json = nlohmann::json::parse(report, nullptr, false);
   if (!json.is_object() || !json.contains("reason") || !json["reason"].is_string()) return "";
-  return json["reason"].get<std::string>();
+  auto reason = json["reason"].get<std::string>();
+  const std::string during = attempt.string(), after = attempt.parent_path().string();
+  for (auto at = reason.find(during); at != std::string::npos; at = reason.find(during, at))
+    reason.replace(at, during.size(), after);
+  return reason;
 }
 
 // Returns the peak memory (MiB) that weft run printed, or nothing. The system counts the memory of
@@ -314,7 +319,7 @@ class LocalEngine {
                       strsignal(result.signal) + ")";
     } else if (result.exit_code != 0) {
       result.failure = failure_of_code(result.exit_code);
-      result.reason = reason_in(result.report);
+      result.reason = reason_in(result.report, ended.attempt.folder());
       if (result.reason.empty())
         result.reason = "ended with exit code " + std::to_string(result.exit_code);
     }

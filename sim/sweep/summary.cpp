@@ -159,6 +159,15 @@ class SummaryFile {
   Handle file_;
 };
 
+// Returns a text of several lines, the later ones indented, as one line.
+std::string in_one_line(std::string text) {
+  for (auto at = text.find('\n'); at != std::string::npos; at = text.find('\n', at)) {
+    const auto next = std::min(text.find_first_not_of(" \n", at), text.size());
+    text.replace(at, next - at, next < text.size() ? " | " : "");
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string summary_csv(const Summary& summary) {
@@ -169,7 +178,7 @@ std::string summary_csv(const Summary& summary) {
   int number = 0;
   for (const SummaryRow& row : summary.rows) {
     text += std::to_string(++number);
-    for (const std::string& field : {row.hash, row.status, row.failure, row.reason})
+    for (const std::string& field : {row.hash, row.status, row.failure, in_one_line(row.reason)})
       text += ',' + csv_field(field);
     for (const FactorValue& value : row.factors) text += ',' + csv_field(value.text);
     for (const double value : row.outputs) text += ',' + csv_number(value);

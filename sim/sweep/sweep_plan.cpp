@@ -121,8 +121,14 @@ class Planner {
       }
       fixed_.push_back(std::move(each));
     }
-    for (std::size_t i = 1; i <= fixed_.size(); ++i)
-      check_last_override(base_, base_path_, std::span(fixed_).first(i));
+    if (fixed_.empty()) return;
+    // Values that need each other, such as the path and the time of [restart], are given together.
+    try {
+      check_last_override(base_, base_path_, fixed_);
+    } catch (const CaseError&) {
+      for (std::size_t i = 1; i <= fixed_.size(); ++i)
+        check_last_override(base_, base_path_, std::span(fixed_).first(i));
+    }
   }
 
   // Throws CaseError at a value that the case refuses. Returns true if the key takes whole numbers
@@ -291,13 +297,25 @@ class Planner {
       if (sweep_.estimate_error) refuse_error_of_equilibrium(source);
       if (plan_.case_outputs.empty()) plan_.case_outputs = source.outputs;
       run.hash = hasher_.hash(source, sweep_.estimate_error);
-      run.case_text = portable_case_text(source);
+      run.case_text = portable_case_text(without_replaced_outputs(source));
       run.work = work_of(source);
     } catch (const CaseError& error) {
       if (!first_refusal_) first_refusal_ = std::current_exception();
       run.refusal = error.what();
       run.hash = hash_of_refused(overrides);
     }
+  }
+
+  // Returns the case without the outputs that the sweep replaces, which a run need not be able to
+  // compute.
+  Case without_replaced_outputs(const Case& source) const {
+    Case result = source;
+    std::erase_if(result.outputs, [&](const OutputExpression& each) {
+      return std::ranges::find(sweep_.outputs, each.name, &OutputExpression::name) !=
+             sweep_.outputs.end();
+    });
+    if (result.outputs.size() < source.outputs.size()) result.resolved_text = case_text(result);
+    return result;
   }
 
   void refuse_error_of_equilibrium(const Case& source) const {

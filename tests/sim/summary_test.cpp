@@ -57,7 +57,7 @@ TEST(Summary, IsATableOfCommaSeparatedValues) {
             "1,hash1,done,none,,0.1,cvode,true,-1,,0.500,0.000,0.000,1.2.3\n"
             "2,hash2,done,none,,0.2,euler,true,-2,,1.000,0.000,0.000,1.2.3\n"
             "3,hash3,done,none,,0.30000000000000004,cvode,false,-4,,1.500,0.000,0.000,1.2.3\n"
-            "4,hash4,failed,numerical,\"newton,\nagain\",0.4,\"a, \"\"b\"\"\",false,,,2.000,"
+            "4,hash4,failed,numerical,\"newton, | again\",0.4,\"a, \"\"b\"\"\",false,,,2.000,"
             "0.000,0.000,1.2.3\n");
 }
 

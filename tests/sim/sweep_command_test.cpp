@@ -197,11 +197,29 @@ set = { title = "also good", "time.duration" = 0.02, "body.sheet.shape.resolutio
     EXPECT_TRUE(contains(printed, reasons[i])) << printed;
   }
   EXPECT_TRUE(contains(printed, "7 runs: 2 done, 5 failed")) << printed;
+  const std::string table = read_bytes(path("out/summary.csv"));
+  EXPECT_EQ(std::ranges::count(table, '\n'), 1 + 7) << table;
 
   // Failed runs are computed again only on request.
   const Result again = weft({"sweep", "sweep.toml", "-o", out});
   EXPECT_EQ(again.code, exit_code::some_runs_failed);
   EXPECT_EQ(again.err, "");
+}
+
+// A reason that names a place in the case of a run names the file that is there afterwards.
+TEST_F(SweepCommandTest, ReasonsNameTheCaseOfTheRun) {
+  write("sweep.toml", R"(case = "base.toml"
+[factors]
+"body.sheet.shape.size" = { list = [[1, 1], [1e200, 1]] }
+"time.duration" = { list = [0.02] }
+)");
+  EXPECT_EQ(weft({"sweep", "sweep.toml", "-o", path("out").string()}).code,
+            exit_code::some_runs_failed);
+  const Json run = summary_json("out").at("runs")[1];
+  const auto reason = run.at("reason").get<std::string>();
+  const auto folder = path("out") / "runs" / run.at("hash").get<std::string>().substr(0, 16);
+  EXPECT_TRUE(contains(reason, (folder / "run.toml").string() + ":")) << reason;
+  EXPECT_TRUE(exists(folder / "run.toml"));
 }
 
 TEST_F(SweepCommandTest, RerunsFailedRunsOnRequest) {

@@ -162,6 +162,44 @@ TEST_F(SweepPlanTest, CasesHaveTheValuesOfTheirRuns) {
   }
 }
 
+// Keys of a table that are of no use alone are set together.
+TEST_F(SweepPlanTest, SetsKeysThatNeedEachOther) {
+  folder_.write("base.toml",
+                std::string(base_case).substr(std::string(base_case).find("[material")));
+  const SweepPlan planned = plan(std::string(two_factors) + R"([set]
+"world.wind.mean" = [2, 0, 0]
+"world.wind.intensity" = 0.1
+"world.wind.time_scale" = 0.5
+)");
+  const Case source = parse_case(planned.runs[0].case_text, folder_.path("run.toml"));
+  ASSERT_NE(source.world.wind.gust(), nullptr);
+  EXPECT_EQ(source.world.wind.gust()->mean.x(), 2);
+  try {
+    plan(std::string(two_factors) +
+         "[set]\n\"world.wind.mean\" = [2, 0, 0]\n"
+         "\"world.wind.intensity\" = -1\n"
+         "\"world.wind.time_scale\" = 0.5\n");
+    FAIL();
+  } catch (const CaseError&) {
+  }
+}
+
+// Outputs that the sweep replaces need not be those that the runs can compute.
+TEST_F(SweepPlanTest, ItsOutputsReplaceThoseOfTheCase) {
+  folder_.write("base.toml", std::string(base_case) + R"case([outputs]
+low = "min(lower('sheet').z)"
+high = "max(upper('sheet').z)"
+)case");
+  const SweepPlan planned = plan(std::string(two_factors) + R"case([outputs]
+low = "2 * max(time)"
+)case");
+  for (const PlannedRun& run : planned.runs) {
+    const Case source = parse_case(run.case_text, folder_.path("run.toml"));
+    ASSERT_EQ(source.outputs.size(), 1U);
+    EXPECT_EQ(source.outputs[0].name, "high");
+  }
+}
+
 TEST_F(SweepPlanTest, RefusesToOverrideAFactor) {
   try {
     plan(two_factors, {"contact.friction=0.2"});
