@@ -112,13 +112,25 @@ bool is_switched_on(const Field& field, const Table& schema, const toml::table& 
   return is_switched_on(by, schema, table) && std::ranges::count(field.switch_values, chosen) > 0;
 }
 
+// Throws CaseError if the case itself gives a model to which no number of the preset applies: the
+// material would silently be another one than the preset names.
+void refuse_other_model(const Field& field, const toml::table& table) {
+  const toml::node* model = table.get("model");
+  if (field.switch_key != "model" || model == nullptr || is_of_preset(*model)) return;
+  throw CaseError(location_of(model->source()),
+                  "the preset has " + in_quotes(field.key) + ", which model = " +
+                      in_quotes(model->value_or(std::string())) + " does not know",
+                  "expected the model of the preset, or no preset");
+}
+
 void remove_overridden(toml::table& table, const Table& schema) {
   std::vector<std::string> overridden;
   for (auto&& [key, node] : table) {
     const Field* field = schema.find(std::string(key.str()));
     if (field == nullptr) continue;
-    if (is_of_preset(node) &&
-        (is_excluded(*field, schema, table) || !is_switched_on(*field, schema, table))) {
+    const bool is_off = is_of_preset(node) && !is_switched_on(*field, schema, table);
+    if (is_off) refuse_other_model(*field, table);
+    if (is_off || (is_of_preset(node) && is_excluded(*field, schema, table))) {
       overridden.push_back(field->key);
     } else if (const auto* member = std::get_if<TableMember>(&field->member);
                member != nullptr && node.is_table()) {

@@ -13,6 +13,7 @@
 #include "sim/case/case_writer.h"
 #include "sim/command/guarded_command.h"
 #include "sim/run/initial_state.h"
+#include "sim/run/input_files.h"
 #include "sim/run/output_check.h"
 #include "sim/run/restart.h"
 #include "sim/run/start_repair.h"
@@ -120,6 +121,7 @@ int check_case(const CheckCommand& command) {
     title = source.title;
     read_restart(source);
     choose_accuracy(source);
+    if (!command.picture.empty()) refuse_input_file(command.picture, source, "--picture");
     const std::unique_ptr<const Scene> scene = build_scene(source);
     if (!command.picture.empty()) draw(*scene, command);
     if (!command.new_start.empty()) {

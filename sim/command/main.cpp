@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <csignal>
 #include <iostream>
 #include <limits>
 #include <optional>
@@ -482,6 +483,8 @@ int refuse_arguments(const CLI::App& app, const CLI::ParseError& error,
 
 int main(int argc, char** argv) {
   shorten_waiting(argv);
+  // A file that outgrows the limit of the shell fails to be written, as on a full disk.
+  std::signal(SIGXFSZ, SIG_IGN);
   CLI::App app{description};
   app.set_version_flag("--version", "weft " WEFT_VERSION);
   app.require_subcommand(1);

@@ -19,6 +19,7 @@
 #include "sim/command/command_json.h"
 #include "sim/command/guarded_command.h"
 #include "sim/command/progress_bar.h"
+#include "sim/run/input_files.h"
 #include "sim/run/output_check.h"
 #include "sim/run/recorded_run.h"
 #include "sim/run/restart.h"
@@ -141,8 +142,17 @@ void refuse_no_estimate(const Case& source) {
                   "expected another time.method, or no --estimate-error");
 }
 
-// Throws CaseError if a longer duration would change the run so far.
-void refuse_to_extend(const Case& source) {
+// Throws CaseError if a longer duration would change the run so far or, where there is none, if the
+// duration is not longer than that of the case.
+void refuse_to_extend(const RunCommand& command, const std::string& trajectory,
+                      const Case& source) {
+  const double duration = read_case(command.case_path, command.overrides).time.duration;
+  if (*command.extend <= duration && !std::filesystem::exists(trajectory)) {
+    throw CaseError({"--extend"},
+                    number_text(*command.extend) + " s is not beyond time.duration, " +
+                        number_text(duration) + " s",
+                    "expected a longer duration");
+  }
   const bool is_static = traits_of(source.time.method).finds_equilibria();
   if (!is_static && !source.time.accuracy) return;
   throw CaseError({"--extend"},
@@ -157,10 +167,11 @@ void refuse_to_extend(const Case& source) {
 // refuses an existing file now, because the pilot may take long.
 Resumption find_start(const RunCommand& command, const std::string& trajectory, Case& source) {
   if (!command.resume && !command.extend) {
+    refuse_input_file(trajectory, source, "weft run");
     TrajectoryWriter::refuse_existing(trajectory, command.force);
     return {};
   }
-  if (command.extend) refuse_to_extend(source);
+  if (command.extend) refuse_to_extend(command, trajectory, source);
   return find_resumption(
       trajectory, source,
       {.estimates_error = command.estimate_error, .extends = command.extend.has_value()});

@@ -9,6 +9,7 @@
 #include "sim/base/hdf5_handle.h"
 #include "sim/base/output_folder.h"
 #include "sim/case/case_error.h"
+#include "sim/run/input_files.h"
 
 namespace weft::sim {
 
@@ -20,21 +21,6 @@ using hdf5::QuietErrors;
 
 const BodyCase& case_of(const Scene& scene, int index) {
   return scene.source.body[scene.case_index(index)];
-}
-
-// The files that a case names with a shape, and the case itself.
-std::vector<std::filesystem::path> files_of(const Case& source) {
-  const auto folder = std::filesystem::path(source.path).parent_path();
-  std::vector<std::filesystem::path> files{source.path};
-  const auto add = [&](const ShapeCase& shape) {
-    if (!shape.path.empty()) files.push_back(folder / shape.path);
-  };
-  for (const BodyCase& body : source.body) {
-    add(body.shape);
-    if (body.start && body.start->shape) add(*body.start->shape);
-  }
-  for (const ObstacleCase& obstacle : source.obstacle) add(obstacle.shape);
-  return files;
 }
 
 void write_shape(const Access& access, const Handle& file, const Scene& scene, int index,
@@ -78,12 +64,7 @@ void refuse_shape_file(const std::string& path, const Case& source, bool force) 
   std::error_code error;
   const auto status = std::filesystem::symlink_status(path, error);
   if (std::filesystem::is_directory(status)) throw FileError(path + ": is a directory");
-  for (const std::filesystem::path& file : files_of(source)) {
-    if (std::filesystem::equivalent(path, file, error)) {
-      throw CaseError({path}, "the case reads this file, which --fix-initial never changes",
-                      "expected the name of a new file");
-    }
-  }
+  refuse_input_file(path, source, "--fix-initial");
   if (!force && std::filesystem::exists(status))
     throw FileError(path + ": exists already, and is only overwritten by force (--force)");
 }

@@ -110,6 +110,15 @@ std::string describe_missing(hid_t file, const std::string& dataset, FileShape k
   return message + "; " + name_hint(dataset, images);
 }
 
+// True if the first axis of a dataset counts the frames of a run.
+bool has_frames(hid_t file, hid_t dataset) {
+  if (H5Aexists(file, "weft_version") <= 0) return false;
+  const Handle space(H5Dget_space(dataset));
+  std::vector<hsize_t> most(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space.get())));
+  H5Sget_simple_extent_dims(space.get(), nullptr, most.data());
+  return most.front() == H5S_UNLIMITED;
+}
+
 TexelFile read_here(const std::string& path, const std::string& dataset, FileShape kind,
                     double most_bytes) {
   const hdf5::QuietErrors quiet;
@@ -123,6 +132,12 @@ TexelFile read_here(const std::string& path, const std::string& dataset, FileSha
     access.reject(
         "dataset " + dataset + " must be numbers shaped " +
         (kind == FileShape::list ? "[n, 3]" : "[rows, cols, 3] or [patches, rows, cols, 3]"));
+  }
+  if (shape.size() == 4 && shape[0] > 1 && has_frames(file.get(), source.get())) {
+    access.reject(
+        "dataset " + dataset + " has the " + std::to_string(shape[0]) +
+        " frames of a run; expected a run with one frame (output.frame_times), or a start "
+        "from a frame (--restart-from)");
   }
   const hsize_t count = hdf5::count_of(shape);
   access.require_stored(source.get(), dataset, static_cast<double>(count));

@@ -253,7 +253,9 @@ void describe_friction(const Scene& scene, std::ostream& out) {
     const std::string names = in_quotes(pair.between[0]) + " and " + in_quotes(pair.between[1]);
     if (uses[i] == 0) {
       out << "  skipped friction of " << names << ": no bodies that may touch have this pair\n";
-    } else if (pair.friction.value_or(0) == 0) {
+    } else if (!pair.friction) {
+      out << "  friction of " << names << " is that of the particles\n";
+    } else if (*pair.friction == 0) {
       out << "  skipped friction of " << names << ": it is 0\n";
     } else {
       out << "  friction " << *pair.friction << " of " << names << ", "

@@ -407,9 +407,10 @@ std::vector<FrameCrossings> count_crossings(const std::string& path) {
   const TrajectoryReader reader(path);
   const std::vector<TrajectoryBody>& bodies = reader.bodies();
   if (reader.frames() == 0) throw FileError(path + ": has no complete frame to judge");
-  if (std::ranges::all_of(bodies, &TrajectoryBody::is_obstacle)) {
-    throw FileError(path + ": has no body to judge, only obstacles");
-  }
+  const bool has_body = std::ranges::any_of(bodies, [](const TrajectoryBody& body) {
+    return !body.is_obstacle && !body.is_of_spheres();
+  });
+  if (!has_body) throw FileError(path + ": has no body to judge, only obstacles or particles");
   const auto part = std::ranges::find_if(bodies, &TrajectoryBody::is_part);
   if (part != bodies.end()) {
     throw FileError(path + ": crossings cannot be counted: only a part of body " +

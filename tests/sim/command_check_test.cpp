@@ -133,6 +133,10 @@ TEST_F(CommandCheck, PictureShowsTheIntersections) {
   const Result foreign = weft({"check", "crossed.toml", "--picture", "mine.png"});
   EXPECT_EQ(foreign.code, exit_code::input_output);
   EXPECT_EQ(read_bytes(path("mine.png")), "mine");
+  const Result own = weft({"check", "crossed.toml", "--picture", "crossed.toml", "--force"});
+  EXPECT_EQ(own.code, exit_code::bad_case);
+  EXPECT_TRUE(holds(own.err, "the case reads this file, which --picture never changes")) << own.err;
+  EXPECT_EQ(read_bytes(path("crossed.toml")), crossed_sheets);
   EXPECT_EQ(weft({"check", "crossed.toml", "--picture", "crossed.png"}).code, exit_code::bad_case);
 }
 #endif

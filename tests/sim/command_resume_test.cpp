@@ -366,6 +366,15 @@ TEST_F(CommandResume, RestartsFromAnotherRun) {
   EXPECT_NE(refusal.find("the nearest is 0.02"), std::string::npos) << refusal;
   EXPECT_EQ(weft({"run", "test.toml", "--restart-from", "first/test.h5"}).code,
             exit_code::bad_case);  // without --time
+  // A run does not overwrite the run from which it starts.
+  const std::string first = read_bytes(path("first/test.h5"));
+  const std::string own =
+      run("first", exit_code::bad_case, restarted({"--time", "0.02", "--force"}))
+          .at("reason")
+          .get<std::string>();
+  EXPECT_NE(own.find("the case reads this file, which weft run never changes"), std::string::npos)
+      << own;
+  EXPECT_EQ(read_bytes(path("first/test.h5")), first);
 }
 
 // Steps of a given length lose nothing at a checkpoint, so that the longer run equals a whole one.
@@ -407,6 +416,11 @@ TEST_F(CommandResume, ExtendsACompleteRun) {
                 .find("--extend: time.accuracy is chosen for the duration"),
             std::string::npos);
   EXPECT_EQ(weft({"run", "test.toml", "--extend", "nan"}).code, exit_code::bad_case);
+  EXPECT_NE(run("new", exit_code::bad_case, {"--extend", "0.05", "--set", "time.duration=0.1"})
+                .at("reason")
+                .get<std::string>()
+                .find("--extend: 0.05 s is not beyond time.duration, 0.1 s"),
+            std::string::npos);
 }
 
 }  // namespace

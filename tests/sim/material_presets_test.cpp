@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "sim/case/case_error.h"
 #include "sim/case/case_reader.h"
 #include "tests/measured_fabrics.h"
 
@@ -90,6 +91,18 @@ TEST(MaterialPresets, GiveWayToTheKeysOfTheCase) {
   const MaterialCase other = material_of(denim, {"material.m.preset=silk"});
   EXPECT_FALSE(other.measured_membrane);
   EXPECT_EQ(other.orthotropic_membrane->weft_stiffness, 326.61);
+}
+
+// Nothing of a shell's preset applies to cloth.
+TEST(MaterialPresets, RefuseAnotherModel) {
+  try {
+    parse_case("[material.m]\npreset = \"paper\"\nmodel = \"cloth\"\n" + sheet, "case.toml");
+    FAIL();
+  } catch (const CaseError& error) {
+    const std::string text = error.what();
+    EXPECT_EQ(text.rfind("case.toml:3:9: the preset has \"", 0), 0U) << text;
+    EXPECT_NE(text.find("which model = \"cloth\" does not know"), std::string::npos) << text;
+  }
 }
 
 // A resolved case has the numbers of its presets, and is read as the case itself was.

@@ -530,6 +530,11 @@ TEST_F(Trajectory, ReadsFileShapes) {
   const TexelFile frame = read_texels(path("run.h5"), "/body/cloth & <co>/position");
   EXPECT_EQ(frame.patches, 1);
   EXPECT_EQ(frame.texels, scene_values(make_scene(), 0)[0]);
+  write(path("long.h5"), 3, {});
+  EXPECT_NE(message_of([&] {
+              read_texels(path("long.h5"), "/body/cloth & <co>/position");
+            }).find("has the 3 frames of a run"),
+            std::string::npos);
   for (const char* name : {"/time", "/body/sewn/position", "/body/sewn/triangles", "/case"}) {
     EXPECT_NE(message_of([&] { read_texels(path("run.h5"), name); }).find("must be numbers shaped"),
               std::string::npos)

@@ -1,0 +1,14 @@
+// Files that a case reads, which no command may overwrite.
+#pragma once
+
+#include <string>
+
+#include "sim/case/case.h"
+
+namespace weft::sim {
+
+// Throws CaseError if `path` is the case, or a file that it reads: a shape, places of particles or
+// the run in whose state it starts. `writer` is the option or the command that would overwrite it.
+void refuse_input_file(const std::string& path, const Case& source, const std::string& writer);
+
+}  // namespace weft::sim
