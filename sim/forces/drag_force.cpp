@@ -82,14 +82,13 @@ class DragForce final : public Force {
     const Mat3Of<Lanes> one = damping_of(first, x, v, 0), other = damping_of(first, x, v, 1);
     const Mat3Of<Lanes> both = one + other;
     const double scale = into.is_joined() ? into.inverse_gamma : 1;
-    quads_.scatter_blocks(
-        first,
-        [&](auto a, auto b) -> Mat3Of<Lanes> {
-          if constexpr (a == 0) return scale * one;
-          if constexpr (b == 3) return scale * other;
-          return scale * both;
-        },
-        {into.is_joined() ? into.stiffness : *into.damping});
+    quads_.scatter_blocks(first,
+                          [&](auto a, auto b) -> Mat3Of<Lanes> {
+                            if constexpr (a == 0) return scale * one;
+                            if constexpr (b == 3) return scale * other;
+                            return scale * both;
+                          },
+                          {into.is_joined() ? into.stiffness : *into.damping});
     if (!into.is_joined()) return;
     const Corners along = quads_.gather(first, into.along);
     const Vec3Of<Lanes> middle = along.col(1) + along.col(2);

@@ -177,7 +177,8 @@ TEST_F(TrajectoryInfo, RefusesToJudgeObstaclesAlone) {
   const std::vector<std::vector<Vec3>> positions = {square(0, 0)};
   TrajectoryWriter writer(path("run.h5"), bodies, {}, {}, views(positions));
   writer.write_frame(0, views(positions), {}, {});
-  EXPECT_EQ(refusal_of_crossings(), path("run.h5") + ": has no body to judge, only obstacles or particles");
+  EXPECT_EQ(refusal_of_crossings(),
+            path("run.h5") + ": has no body to judge, only obstacles or particles");
 }
 
 TEST_F(TrajectoryInfo, SaysThatNothingWasInReach) {
