@@ -1,12 +1,11 @@
 // Rigid spheres that collide by impulses: TimeMethod::impulses.
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <optional>
 #include <vector>
-
-#include <Eigen/Geometry>
 
 #include "sim/case/case_text.h"
 #include "sim/case/frame_times.h"
@@ -89,6 +88,7 @@ class ImpulseIntegrator final : public Integrator {
         drag_(drag_factors(scene)),
         has_drag_(std::ranges::any_of(drag_, [](double factor) { return factor > 0; })),
         smallest_radius_(*std::ranges::min_element(search_.radii())),
+        largest_radius_(*std::ranges::max_element(search_.radii())),
         events_(event_times(scene)),
         longest_step_(SceneCurves(scene.source).longest_step()),
         obstacles_move_(std::ranges::any_of(
@@ -151,7 +151,7 @@ class ImpulseIntegrator final : public Integrator {
   TimeCurve<double> air_density_;
   std::vector<double> drag_;
   bool has_drag_;
-  double smallest_radius_;
+  double smallest_radius_, largest_radius_;
   std::vector<double> events_;  // s, sorted: when motions and curves are not smooth
   double longest_step_;         // s, resolves every gust
   bool obstacles_move_;
@@ -315,15 +315,13 @@ double ImpulseIntegrator::obstacle_travel(double end, double farthest) const {
   if (!obstacles_move_) return 0;
   Eigen::AlignedBox3d box;
   for (const Vec3& place : positions()) box.extend(place);
-  const double largest_radius = *std::ranges::max_element(search_.radii());
   double largest = 0;
   for (const ObstacleSurface& surface : surfaces_.all()) {
     if (surface.motion == nullptr) continue;
-    const double radius = surface.motion->radius_of(surface.vertices);
-    const double travel = surface.motion->bounds(time_, end, radius).travel;
+    const double travel = surface.motion->bounds(time_, end, surface.radius).travel;
     const RigidPose pose = surface.motion->pose(time_);
     const double reach =
-        radius + travel + surface.half_thickness + largest_radius + padding_ + farthest;
+        surface.radius + travel + surface.half_thickness + largest_radius_ + padding_ + farthest;
     if (box.exteriorDistance(Vec3(pose.centre + pose.translation)) <= reach)
       largest = std::max(largest, travel);
   }

@@ -18,8 +18,12 @@ SphereSurfaces::SphereSurfaces(const Scene& scene) {
                             .vertices = {first, first + body.particle_count()},
                             .mesh = &body.mesh,
                             .half_thickness = 0.5 * body.thickness,
+                            .radius = 0,
                             .pyramid = bsi::Pyramid(body.atlas, {.tangents = false})};
-    if (moves) surface.vertices = held->start;
+    if (moves) {
+      surface.vertices = held->start;
+      surface.radius = held->radius;
+    }
     [[maybe_unused]] const auto fault = surface.pyramid.rebuild(surface.vertices, scene.threads);
     assert(!fault);
     all_.push_back(std::move(surface));

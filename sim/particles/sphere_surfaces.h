@@ -17,6 +17,7 @@ struct ObstacleSurface {
   std::vector<Vec3> vertices;  // m, at t = 0
   const bsi::Mesh* mesh;       // triangles of the vertices
   double half_thickness = 0;   // m
+  double radius = 0;           // m, of the vertices about the centre of the motion; 0 at rest
   bsi::Pyramid pyramid;
 };
 

@@ -7,12 +7,12 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <memory>
 #include <stdexcept>
 
 #include "sim/base/file_error.h"
 #include "sim/case/case_writer.h"
+#include "sim/run/input_files.h"
 #include "sim/run/numerics_version.h"
 #include "sim/run/run_checkpoint.h"
 
@@ -50,23 +50,6 @@ class Digest {
   }
   std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
 };
-
-// Calls use(path) for the path of each file that the case reads, but for included ones, which are
-// merged into the case.
-void for_each_input_file(Case& source, const std::function<void(std::string&)>& use) {
-  const auto visit = [&](ShapeCase& shape) {
-    if (shape.type == ShapeType::file) use(shape.path);
-  };
-  for (BodyCase& body : source.body) {
-    visit(body.shape);
-    if (body.start && body.start->shape) visit(*body.start->shape);
-  }
-  for (ObstacleCase& obstacle : source.obstacle) visit(obstacle.shape);
-  for (ParticlesCase& particles : source.particles) {
-    if (particles.positions.type == PositionsType::file) use(particles.positions.path);
-  }
-  if (source.restart) use(source.restart->path);
-}
 
 fs::path place_of(const Case& source, const std::string& path) {
   return fs::path(source.path).parent_path() / path;

@@ -115,8 +115,9 @@ TEST(SphereSearch, FindsOverlapsBetweenTheEndsOfAStep) {
   const std::vector<RigidPose> poses = surfaces.poses(0);
   const std::vector<Vec3> rest(2, Vec3::Zero());
   // The spheres pass each other, and touch while they are abreast.
-  for (const double apart : {0.0396, 0.0401}) {
-    const std::vector<Vec3> x{{-0.007, 0, 1}, {0, apart, 1}}, end{{0.007, 0, 1}, {0, apart, 1}};
+  for (const auto& [apart, way] :
+       {std::pair(0.0396, 0.007), {0.0401, 0.007}, {0.0396, 0.3}, {0.0401, 0.3}}) {
+    const std::vector<Vec3> x{{-way, 0, 1}, {0, apart, 1}}, end{{way, 0, 1}, {0, apart, 1}};
     const SphereStart start{x, rest, rest, poses, poses, 1};
     std::vector<SphereContact> overlaps;
     search.find_overlaps(start, end, {}, overlaps);
