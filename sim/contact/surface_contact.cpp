@@ -22,17 +22,27 @@ std::size_t group_start(std::span<const bsi::FourParticles> nodes, bool samples,
   return i;
 }
 
-// Replaces the slope of friction by its secant, the force divided by the sliding speed. The slope
-// of full friction is zero along the sliding velocity. A single correction would then apply the
-// whole friction of the start of a long step, whatever is left of the sliding at its end, and throw
-// light vertices back. With the secant, friction at most ends the sliding.
+// Returns the secant of friction, the force divided by the sliding speed, N s/m. Across the sliding
+// velocity, the slope is the secant already. Precondition: the force is not zero.
+double secant_of(const Vec3& normal, const Sliding& sliding) {
+  const Vec3 across = normal.cross(sliding.force).normalized();
+  return across.dot(sliding.slope * across);
+}
+
+// Replaces the slope of friction by its secant. The slope of full friction is zero along the
+// sliding velocity. A single correction would then apply the whole friction of the start of a long
+// step, whatever is left of the sliding at its end, and throw light vertices back. With the secant,
+// friction at most ends the sliding.
 void use_secant(const Vec3& normal, Sliding& sliding) {
-  const double size = sliding.force.norm();
-  if (size == 0) return;
-  // Across the sliding velocity, the slope is the secant already.
-  const Vec3 across = normal.cross(sliding.force) / size;
-  const double secant = across.dot(sliding.slope * across);
-  sliding.slope = secant * (Mat3::Identity() - normal * normal.transpose());
+  if (sliding.force.isZero(0)) return;
+  sliding.slope = secant_of(normal, sliding) * (Mat3::Identity() - normal * normal.transpose());
+}
+
+// Returns true if the sliding velocity, which is -force / secant, has turned by more than a right
+// angle when it changed by `change`.
+bool has_turned_back(const Vec3& normal, const Vec3& change, const Sliding& sliding) {
+  const double squared = sliding.force.squaredNorm();
+  return squared > 0 && squared + secant_of(normal, sliding) * sliding.force.dot(change) < 0;
 }
 
 }  // namespace
@@ -262,6 +272,7 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
     }
   }
   statistics_.counters.friction_terms += static_cast<std::int64_t>(sliding_.size());
+  use_secants_past_rest(velocity);
   return std::nullopt;
 }
 
@@ -300,6 +311,7 @@ std::optional<ContactFault> SurfaceContact::evaluate_on_device(const PlacedPoint
     }
   }
   statistics_.counters.friction_terms += static_cast<std::int64_t>(sliding_.size());
+  use_secants_past_rest(velocity);
   return std::nullopt;
 }
 
@@ -479,8 +491,26 @@ void SurfaceContact::make_definite(ContactPair& pair) {
 }
 
 void SurfaceContact::make_definite(const ContactPair& pair, Sliding& sliding) const {
-  if (scene_.source.time.newton > 0) use_secant(pair.normal, sliding);
+  if (scene_.source.time.newton > 0 && begins_newton_) use_secant(pair.normal, sliding);
   if (pair.coefficient < 0) sliding.slope.setZero();
+}
+
+// See begin_newton().
+void SurfaceContact::use_secants_past_rest(std::span<const Vec3> velocity) {
+  if (!begins_newton_ && last_velocity_.empty()) return;
+  for (const ContactPair& pair : pairs_) {
+    if (pair.sliding < 0 || begins_newton_) continue;
+    Sliding& sliding = sliding_[pair.sliding];
+    const auto change_of = [&](int point) { return velocity[point] - last_velocity_[point]; };
+    Vec3 change = Vec3::Zero();
+    for (int i = 0; i < 4; ++i) change += sliding.lever[i] * change_of(pair.nodes[i]);
+    for (const SpinArm& spin : sliding.spins) {
+      if (spin.point >= 0) change += spin.arm * pair.normal.cross(change_of(spin.point));
+    }
+    if (has_turned_back(pair.normal, change, sliding)) use_secant(pair.normal, sliding);
+  }
+  begins_newton_ = false;
+  last_velocity_.assign(velocity.begin(), velocity.end());
 }
 
 // Returns the value of the mollifier of two edges. Records the forces from its slope. They turn the

@@ -117,6 +117,12 @@ class SurfaceContact {
   // Makes the matrices of later evaluations positive semi-definite, for long fixed steps. Negative
   // stiffness and damping of pairs, and the friction slope of subtracted terms, are set to zero.
   void keep_matrix_definite() { definite_ = true; }
+  // Announces that the next evaluate() is at the first iterate of a Newton iteration, and the ones
+  // after it at the others. Where sliding has turned back since the last iterate, the slope of
+  // friction (Sliding) is then that of the secant from rest: a correction with the derivative,
+  // which is zero in full friction, has leapt past rest, and the next one would leap back
+  // (docs/decisions/0096).
+  void begin_newton() { begins_newton_ = true; }
   // Holds samples, in later evaluations, to the anchors that the history selects, and lets go of
   // them by contact.sticking_distance. Without this call, contacts that stick creep.
   void use_anchors(const AnchorHistory& anchors) { anchors_ = &anchors; }
@@ -234,6 +240,7 @@ class SurfaceContact {
                                                  std::span<const Vec3> velocity);
   static void make_definite(ContactPair& pair);
   void make_definite(const ContactPair& pair, Sliding& sliding) const;
+  void use_secants_past_rest(std::span<const Vec3> velocity);
   void find_spins(const PlacedPoints& now, std::span<const Vec3> velocity);
   void begin_placing();
   void place_nodes(const PairGroup& group, const PlacedPoints& start, const PlacedPoints& end);
@@ -295,6 +302,9 @@ class SurfaceContact {
   PairFriction friction_;
   SphereContactLaws spheres_;
   bool definite_ = false;
+  bool begins_newton_ = false;
+  // Velocities of all points (m/s) at the last iterate. Empty without begin_newton().
+  std::vector<Vec3> last_velocity_;
   std::vector<Vec3> rest_;                   // rest positions of all points, m
   std::vector<int> case_index_;              // by body, its number in the case
   std::vector<bsi::SurfaceTerms> surfaces_;  // by body

@@ -1,5 +1,6 @@
 #include <arkode/arkode_arkstep.h>
 #include <arkode/arkode_ls.h>
+#include <sunnonlinsol/sunnonlinsol_newton.h>
 
 #include <algorithm>
 #include <limits>
@@ -96,6 +97,7 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   SUNContext context_ = nullptr;
   void* arkode_ = nullptr;
   N_Vector y_ = nullptr;
+  SUNNonlinearSolver newton_iteration_ = nullptr;
   SUNLinearSolver newton_solver_ = nullptr;
   bool implicit_ = true;
   double arkode_time_ = 0;    // time that ARKODE has reached (s); if not time(), ARKODE is reset
@@ -113,6 +115,7 @@ void ArkodeIntegrator::create(bool implicit) {
   std::copy(state().begin(), state().end(), values(y_).begin());
   const ARKRhsFn rate = [](realtype t, N_Vector y, N_Vector out, void* self_pointer) {
     auto& self = *static_cast<ArkodeIntegrator*>(self_pointer);
+    note_iterate(self.newton_iteration_, self.dynamics());
     auto fault = self.dynamics().rate(t, values(y), values(out));
     if (fault) self.fault_in_step_ = fault;
     return fault ? 1 : 0;
@@ -141,6 +144,8 @@ void ArkodeIntegrator::create(bool implicit) {
 }
 
 void ArkodeIntegrator::set_implicit_options() {
+  newton_iteration_ = SUNNonlinSol_Newton(y_, context_);
+  ARKStepSetNonlinearSolver(arkode_, newton_iteration_);
   newton_solver_ = make_newton_solver(dynamics(),
                                       {.gamma =
                                            [this] {
@@ -171,6 +176,8 @@ void ArkodeIntegrator::set_implicit_options() {
 
 void ArkodeIntegrator::destroy() {
   ARKStepFree(&arkode_);
+  if (newton_iteration_ != nullptr) SUNNonlinSolFree(newton_iteration_);
+  newton_iteration_ = nullptr;
   if (newton_solver_ != nullptr) SUNLinSolFree(newton_solver_);
   newton_solver_ = nullptr;
 }

@@ -3,6 +3,7 @@
 #include <cvode/cvode.h>
 #include <cvode/cvode_ls.h>
 #include <cvode/cvode_proj.h>
+#include <sunnonlinsol/sunnonlinsol_newton.h>
 
 #include <algorithm>
 #include <cassert>
@@ -60,6 +61,7 @@ struct CvodeIntegrator::Implementation {
       : scene(scene_), dynamics(dynamics_), motion_limits(scene_, dynamics_), accepted(dynamics_) {}
   ~Implementation() {
     CVodeFree(&cvode);
+    if (newton_iteration != nullptr) SUNNonlinSolFree(newton_iteration);
     if (newton_solver != nullptr) SUNLinSolFree(newton_solver);
     for (N_Vector v : {y, work, step_error, previous_step_error}) {
       if (v != nullptr) N_VDestroy(v);
@@ -96,6 +98,7 @@ struct CvodeIntegrator::Implementation {
   N_Vector y = nullptr, work = nullptr;
   // Local errors of the last two steps, multiplied by the error weights.
   N_Vector step_error = nullptr, previous_step_error = nullptr;
+  SUNNonlinearSolver newton_iteration = nullptr;
   SUNLinearSolver newton_solver = nullptr;
   double time = 0;  // time that CVODE has reached (s)
   AcceptedStep accepted;
@@ -150,6 +153,8 @@ void CvodeIntegrator::Implementation::set_options() {
   CVodeSetMaxConvFails(cvode, 40);
   CVodeSetMaxErrTestFails(cvode, 40);
   CVodeSetInitStep(cvode, first_step(dynamics, 0, accepted.state()));
+  newton_iteration = SUNNonlinSol_Newton(y, context);
+  CVodeSetNonlinearSolver(cvode, newton_iteration);
   CVodeSetNonlinConvCoef(cvode, newton_tolerance);
   newton_solver = make_newton_solver(dynamics,
                                      {.gamma =
@@ -183,6 +188,7 @@ void CvodeIntegrator::Implementation::set_options() {
 }
 
 int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out) {
+  note_iterate(newton_iteration, dynamics);
   auto fault = dynamics.rate(t, values(state), values(out));
   if (!fault) return 0;
   last_fault = fault;

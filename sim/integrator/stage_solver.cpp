@@ -305,6 +305,7 @@ StageSolver::Outcome StageSolver::Implementation::outcome(int flag) const {
 // Runs KINSOL from the start `u`, which receives the solution.
 StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most_iterations) {
   KINSetNumMaxIters(kinsol, most_iterations);
+  if (dynamics.contact() != nullptr) dynamics.contact()->begin_newton();
   int flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
   const bool is_good_guess = flag == KIN_INITIAL_GUESS_OK;
   if (is_good_guess) {
@@ -437,7 +438,10 @@ StageSolver::Outcome StageSolver::Implementation::correct(std::span<double> y) {
 StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<double> y) {
   error_weights(scene, y, weight);
   const bool has_contact = dynamics.contact() != nullptr;
-  if (has_contact) dynamics.contact()->clear_stops();
+  if (has_contact) {
+    dynamics.contact()->clear_stops();
+    dynamics.contact()->begin_newton();
+  }
   const bool is_judged = has_contact && is_driven();
   Energies before;
   for (int corrections = 0;; ++corrections) {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <nvector/nvector_serial.h>
+#include <sundials/sundials_nonlinearsolver.h>
 
 #include <span>
 
+#include "sim/motion/dynamics.h"
 #include "sim/motion/tolerances.h"
 
 namespace weft::sim {
@@ -19,6 +21,15 @@ inline long counter_of(void* solver, int (*get)(void*, long*)) {
   long value = 0;
   get(solver, &value);
   return value;
+}
+
+// Tells contact about the first iterate of each attempt to solve a step or stage. To be called
+// before each evaluation of the forces in a Newton iteration.
+inline void note_iterate(SUNNonlinearSolver newton, Dynamics& dynamics) {
+  if (newton == nullptr || dynamics.contact() == nullptr) return;
+  int corrections = 0;
+  SUNNonlinSolGetCurIter(newton, &corrections);
+  if (corrections == 0) dynamics.contact()->begin_newton();
 }
 
 // Returns the particle with the largest weighted local error in the last trial of a solver whose

@@ -128,6 +128,42 @@ TEST(Contact, DampingBlocksAreTheSlopeOfTheForceInVelocity) {
   }
 }
 
+// Beyond friction_speed, friction has no slope along the sliding velocity. An iterate that slides
+// against the last one gets the secant there: the product with its own sliding velocity is the
+// friction, but for its sign. The next iterate, which does not turn back, has the derivative again.
+TEST(Contact, FrictionHasTheSlopeOfItsSecantWhereAnIterateTurnsBack) {
+  const auto scene = build_scene(parse_case(two_sheets(0.4, 0), "test.toml"));
+  Statistics statistics;
+  Contact contact(*scene, statistics);
+  RandomState state = random_state(*scene, 2), back = state;
+  for (Vec3& v : state.velocity) v *= 1e4;
+  for (std::size_t i = 0; i < back.velocity.size(); ++i) back.velocity[i] = -state.velocity[i];
+  const double gamma = 1e-9;
+  const auto product_at = [&](const RandomState& iterate) {
+    forces_at(contact, *scene, iterate);
+    std::vector<Vec3> product(scene->dynamic_particles, Vec3::Zero());
+    contact.add_product(gamma, std::span<const Vec3>(iterate.velocity).first(product.size()),
+                        product);
+    return product;
+  };
+  const std::vector<Vec3> derivative = product_at(back);
+  contact.begin_newton();
+  product_at(state);
+  const std::vector<Vec3> turned = product_at(back), after = product_at(back);
+  std::vector<Vec3> normal(scene->dynamic_particles, Vec3::Zero()), friction = normal;
+  contact.add_forces(normal, friction);
+  double difference = 0, size = 0;
+  for (int i = 0; i < scene->dynamic_particles; ++i) {
+    EXPECT_EQ(after[i], derivative[i]);
+    difference += ((turned[i] - derivative[i]) / gamma + friction[i]).squaredNorm();
+    size += friction[i].squaredNorm();
+  }
+  EXPECT_GT(size, 0);
+  EXPECT_LT(std::sqrt(difference / size), 1e-6);
+  contact.begin_newton();
+  EXPECT_EQ(product_at(back), derivative);
+}
+
 TEST(Contact, ForcesBetweenBodiesSumToZeroAndDissipate) {
   const auto scene = build_scene(
       parse_case(two_sheets(0.3, 1e-3), "test.toml", {"obstacle.ball.position=[0, 0, -9]"}));
