@@ -466,7 +466,8 @@ Table describe(StartCase& target) {
             "Radius of the cylinder onto which the rest shape is bent; lengths in the plane z = 0 "
             "do not change. Positive: its borders move towards +z; negative: towards -z. Not 0."),
       field("bend_direction_deg", &bend_direction, "degrees", any,
-            "Direction in which the bent surface curves, from the x towards the y axis."),
+            "Direction in which the bent surface curves, from the x towards the y axis.")
+          .with_default("0: towards x"),
   }};
   result.location = &location;
   return result;

@@ -398,7 +398,7 @@ void check_start(const StartCase& start, const ShapeCase& rest, const std::strin
                     "expected a number > 0, or < 0 to bend the borders downwards");
   }
   const std::string direction = join_path(path, "bend_direction_deg");
-  if (!start.bend_radius && locations.given(direction)) {
+  if (!start.bend_radius && start.bend_direction_deg) {
     throw CaseError(locations.value(direction), "\"bend_direction_deg\" without a bend",
                     "expected \"bend_radius\" with it");
   }

@@ -41,7 +41,7 @@ std::vector<Vec3> bend(const std::vector<Vec3>& points, double radius, double di
 std::vector<Vec3> start_shape(const BodyCase& from, const SceneBody& body, const Case& source) {
   if (!from.start) return body.rest;
   if (from.start->bend_radius)
-    return bend(body.rest, *from.start->bend_radius, from.start->bend_direction_deg);
+    return bend(body.rest, *from.start->bend_radius, from.start->bend_direction_deg.value_or(0));
   const ShapeCase& shape = *from.start->shape;
   bsi::Surface surface = build_shape(shape, source);
   if (!is_alike(surface.atlas, body.atlas)) {

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "sim/case/case_writer.h"
 #include "sim/scene/start_shape.h"
 #include "sim/view/scene_description.h"
 #include "tests/sim/bad_case.h"
@@ -115,6 +116,17 @@ INSTANTIATE_TEST_SUITE_P(
                     "}\n",
                 "case.toml:4:43: no file \"none.h5\"\n  expected an HDF5 file, here none.h5"}),
     bad_case_name);
+
+// What a trajectory stores of the case is read again by restarts, --resume and sweeps.
+TEST(StartShape, OfAResolvedCaseIsReadAgain) {
+  for (const char* start :
+       {"start = { shape = { type = \"rectangle\", size = [2, 1], resolution = [5, 9] } }\n",
+        "start = { bend_radius = 0.5 }\n",
+        "start = { bend_radius = 0.5, bend_direction_deg = 30 }\n"}) {
+    const std::string resolved = case_text(parse_case(sheet + start, "case.toml", {}));
+    EXPECT_EQ(case_text(parse_case(resolved, "resolved.toml", {})), resolved);
+  }
+}
 
 TEST(StartShape, RefusesAnImageThatIsClosedOtherwise) {
   const std::string text =
