@@ -36,16 +36,18 @@ double start_speed(const Scene& scene) {
   return speed;
 }
 
-// Returns the largest speed of the points of a motion that are within `radius` of its centre. The
-// speed between two keyframes is largest in the middle.
-double largest_speed(const RigidMotion& motion, double radius, double duration) {
+// Returns the largest speed of the points of a motion that are within `radius` of its centre, at
+// any time: a run that goes on beyond time.duration must find the same. The speed between two
+// keyframes is largest in the middle, and does not change after the last event.
+double largest_speed(const RigidMotion& motion, double radius) {
   constexpr int parts = 16;
   double largest = 0;
-  for (double from = 0; from < duration;) {
-    const auto event = motion.next_event(from);
-    const double to = event ? std::min(event->time, duration) : duration;
+  std::optional<MotionEvent> event = MotionEvent{};
+  for (double from = 0; event;) {
+    event = motion.next_event(from);
+    const double to = event ? event->time : from;
     for (int i = 0; i <= parts; ++i) {
-      const RigidPose pose = motion.pose(from + (to - from) * i / parts, i == parts);
+      const RigidPose pose = motion.pose(from + (to - from) * i / parts, event && i == parts);
       largest = std::max(largest, pose.velocity.norm() + radius * pose.angular_velocity.norm());
     }
     from = to;
@@ -54,10 +56,9 @@ double largest_speed(const RigidMotion& motion, double radius, double duration) 
 }
 
 double driven_speed(const Scene& scene) {
-  const double duration = scene.source.time.duration;
   double speed = 0;
   for (const PrescribedMotion& held : scene.prescribed)
-    if (held.moves) speed = std::max(speed, largest_speed(held.motion, held.radius, duration));
+    if (held.moves) speed = std::max(speed, largest_speed(held.motion, held.radius));
   for (const TimedPin& pin : scene.timed_pins) {
     if (!pin.source->motion || pin.particles.empty()) continue;
     std::vector<Vec3> places;
@@ -67,7 +68,7 @@ double driven_speed(const Scene& scene) {
       sum += places.back();
     }
     const RigidMotion motion(*pin.source->motion, sum / static_cast<double>(places.size()));
-    speed = std::max(speed, largest_speed(motion, motion.radius_of(places), duration));
+    speed = std::max(speed, largest_speed(motion, motion.radius_of(places)));
   }
   return speed;
 }

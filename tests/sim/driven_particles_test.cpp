@@ -280,6 +280,34 @@ shape = { type = "rectangle", size = [0.2, 0.2], resolution = [11, 11] }
 }
 
 // The strength of barriers does not depend on where bodies are when a pin lets go.
+// The strength of the barriers follows from all motions of the case, whether the run lasts until
+// they begin or not. Otherwise a run that goes on (--extend) would find another strength, and balls
+// at rest would be thrown up.
+TEST(DrivenParticles, BarriersDoNotDependOnTheDuration) {
+  const auto speed = [](const std::string& duration) {
+    return build_scene(parse_case("[time]\nduration = " + duration + R"(
+[[particles]]
+name = "ball"
+radius = 0.02
+positions = { type = "grid", count = [1, 1, 1], centre = [0, 0, 0.03] }
+[[obstacle]]
+name = "far"
+position = [5, 0, 0]
+shape = { type = "plane", size = [1, 1] }
+motion = { velocity = [0, 0, 20], start_time = 0.9, stop_time = 1 }
+[[obstacle]]
+name = "turning"
+position = [-5, 0, 0]
+shape = { type = "plane", size = [1, 1] }
+motion = { keyframes = [{ time = 2 }, { time = 3, rotation_deg = [0, 0, 90] }] }
+)",
+                                  "test.toml"))
+        ->impact_speed;
+  };
+  EXPECT_GT(speed("0.8"), 20);
+  EXPECT_EQ(speed("0.8"), speed("4"));
+}
+
 TEST(DrivenParticles, APinThatLetsGoLeavesABounceAlone) {
   for (const char* release : {"1.2330", "1.2340", "1.2350"}) {
     Simulation simulation = simulate("[time]\nduration = 2\n" + bouncing_ball + R"(
