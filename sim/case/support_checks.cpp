@@ -54,7 +54,7 @@ class SupportChecker {
            "expected pins that hold all the time");
     }
     if (!pin.symmetry) return;
-    if (pin.symmetry->norm() == 0)
+    if (pin.symmetry->isZero(0))
       fail(join_path(path, key), "the normal has no direction",
            "expected a vector that is not zero");
     if (!is_shell(body)) {

@@ -10,6 +10,7 @@
 #include "sim/case/case_error.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
+#include "sim/case/case_tree.h"
 #include "sim/motion/dynamics.h"
 #include "sim/run/run_checkpoint.h"
 #include "sim/scene/scene.h"
@@ -137,13 +138,18 @@ class RestartReader {
 
   // Refuses a frame whose smallest gap is not much larger than the rounding of its positions.
   void refuse_small_gap(int frame, double largest) const {
-    const Case before = parse_case(reader_.case_text(), source_.path);
+    // No more of that case is read: its files may be elsewhere by now.
+    const toml::table before = parse_toml(reader_.case_text(), path_);
+    const auto text_of = [&](const char* key) {
+      return before.at_path(key).value_or(std::string());
+    };
     const double gap = reader_.series_values("smallest_gap")[frame];
-    double rounding = before.output.precision == Precision::float64
+    double rounding = text_of("output.precision") == "float64"
                           ? 0
                           : largest * std::numeric_limits<float>::epsilon();
-    if (before.output.compression == Compression::bounded)
-      rounding += before.output.compression_error;
+    if (text_of("output.compression") == "bounded")
+      rounding +=
+          before.at_path("output.compression_error").value_or(OutputCase{}.compression_error);
     // Without a pair in reach the gap is no number, and the comparison fails.
     if (!(gap < least_gap_per_rounding * rounding)) return;
     fail("the frame at t = " + number_text(reader_.time(frame)) + " s has a smallest gap of " +

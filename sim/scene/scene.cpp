@@ -130,13 +130,25 @@ void start_from_states(Scene& scene, const BodyCase& from, SceneBody& body) {
                     "the image of \"" + from.name + "\" has other patches, or is closed otherwise",
                     "expected a shape of the same kind, of any resolution");
   }
-  std::vector<Vec3> position = resampled(state->position, state->atlas, body.atlas);
-  body.start_velocity = resampled(state->velocity, state->atlas, body.atlas);
-  if (body.spline) {
-    position = body.spline->interpolate(body.atlas, position);
-    body.start_velocity = body.spline->interpolate(body.atlas, body.start_velocity);
-  }
+  const auto taken = [&](const std::vector<Vec3>& values) {
+    if (!body.spline) return resampled(values, state->atlas, body.atlas);
+    return body.spline->interpolate(body.atlas,
+                                    resampled(values, state->atlas, body.atlas, *body.spline));
+  };
+  const std::vector<Vec3> position = taken(state->position);
+  body.start_velocity = taken(state->velocity);
   std::ranges::copy(position, std::back_inserter(scene.initial_position));
+}
+
+// Refuses a start whose last `count` points are so far away that squares of coordinates are no
+// finite numbers.
+void refuse_boundless_start(const Scene& scene, int count, const std::string& name,
+                            const SourceLocation& location) {
+  for (const Vec3& point : std::span<const Vec3>(scene.initial_position).last(count)) {
+    if (std::isfinite(point.squaredNorm())) continue;
+    throw CaseError(location, "the start of \"" + name + "\" is beyond the range of numbers",
+                    "expected a place within 1e150 m of the origin");
+  }
 }
 
 void add_dynamic_body(Scene& scene, const BodyCase& from) {
@@ -164,6 +176,7 @@ void add_dynamic_body(Scene& scene, const BodyCase& from) {
     if (scene.source.contact.enabled) sample_shell(body);
   }
   const int count = body.particle_count();
+  refuse_boundless_start(scene, count, from.name, from.location);
   body.velocity = from.velocity;
   body.spin = from.angular_velocity_deg * (std::acos(-1.0) / 180);
   body.centre = mean_of(std::span<const Vec3>(scene.initial_position).last(count));
@@ -182,6 +195,7 @@ void add_obstacle(Scene& scene, const ObstacleCase& from) {
   body.moves = from.motion.has_value();
   refuse_flat_triangles(body, from.shape.location);
   append_positions(scene, body.rest, Vec3::Ones(), from.position, from.rotation_deg);
+  refuse_boundless_start(scene, body.particle_count(), from.name, from.location);
   const int count = body.particle_count();
   scene.particle_count += count;
   if (body.moves) {

@@ -18,7 +18,7 @@ constexpr double largest_stray = 1e-6;
 
 void require_plane(const SceneBody& body, const PinCase& pin, std::span<const int> held,
                    std::span<const Vec3> position) {
-  const Vec3 normal = pin.symmetry->normalized();
+  const Vec3 normal = pin.symmetry->stableNormalized();
   Eigen::AlignedBox3d box;
   for (const Vec3& each : position) box.extend(each);
   for (const int i : held) {
@@ -70,7 +70,7 @@ void add_sliding_supports(const SceneBody& body, const PinCase& pin, int number,
   }
   if (!pin.symmetry) return;
   require_plane(body, pin, held, position);
-  const Vec3 normal = pin.symmetry->normalized();
+  const Vec3 normal = pin.symmetry->stableNormalized();
   const Vec3 first = normal.unitOrthogonal(), second = normal.cross(first);
   for (const int i : held) adder.add(i, -1, normal);
   for (const auto& [particle, border] : rows_beside_borders(body, held)) {

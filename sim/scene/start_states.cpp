@@ -21,6 +21,27 @@ AxisPlace place_on_axis(int i, int count, int from, bool closed) {
   return {low, closed ? (low + 1) % from : std::min(low + 1, from - 1), at - low};
 }
 
+// Returns the parameter, on the axis `from`, of the point that divides it as the point with the
+// parameter `at` divides the axis `to`.
+double parameter_on(const SplineAxis& from, const SplineAxis& to, double at) {
+  const double part = (at - to.image_parameter(0)) / to.elements();
+  const double found = from.image_parameter(0) + part * from.elements();
+  return std::clamp(found, 0.0, static_cast<double>(from.elements()));
+}
+
+bool has_enough_points(const bsi::Atlas& atlas, int degree) {
+  return std::ranges::all_of(atlas.patches(), [&](const bsi::Patch& patch) {
+    return std::min(patch.rows, patch.cols) >= SplineAxis::least_control_points(degree);
+  });
+}
+
+bool have_equal_sizes(const bsi::Atlas& one, const bsi::Atlas& other) {
+  return std::ranges::equal(one.patches(), other.patches(),
+                            [](const bsi::Patch& a, const bsi::Patch& b) {
+                              return a.rows == b.rows && a.cols == b.cols;
+                            });
+}
+
 Vec3 blend(const Vec3& a, const Vec3& b, double share) {
   return share == 0 ? a : Vec3((1 - share) * a + share * b);
 }
@@ -50,6 +71,26 @@ std::vector<Vec3> resampled(const std::vector<Vec3>& values, const bsi::Atlas& f
                   blend(at(v.high, u.low), at(v.high, u.high), u.share), v.share);
       }
     }
+  }
+  return result;
+}
+
+std::vector<Vec3> resampled(const std::vector<Vec3>& values, const bsi::Atlas& from,
+                            const bsi::Atlas& to, const SplineSurface& surface) {
+  if (have_equal_sizes(from, to) || !has_enough_points(from, surface.degree()))
+    return resampled(values, from, to);
+  std::vector<Vec3> image(from.particle_count());
+  for (std::size_t texel = 0; texel < values.size(); ++texel)
+    image[from.particle_of_texel(static_cast<int>(texel))] = values[texel];
+  const SplineSurface source(from, surface.degree());
+  const std::vector<Vec3> control_points = source.interpolate(from, image);
+  std::vector<Vec3> result;
+  for (const SplineSurface::Place& place : surface.image_places(to)) {
+    const auto& [u_from, v_from] = source.patches()[place.patch];
+    const auto& [u_to, v_to] = surface.patches()[place.patch];
+    const SplineSurface::Place there{place.patch, parameter_on(u_from, u_to, place.u),
+                                     parameter_on(v_from, v_to, place.v)};
+    result.push_back(source.at(from, there).position(control_points));
   }
   return result;
 }

@@ -6,6 +6,7 @@
 
 #include "bsi/geometry_image.h"
 #include "sim/base/vectors.h"
+#include "sim/scene/spline_surface.h"
 
 namespace weft::sim {
 
@@ -30,5 +31,11 @@ struct StartStates {
 // patches, closed alike.
 std::vector<Vec3> resampled(const std::vector<Vec3>& values, const bsi::Atlas& from,
                             const bsi::Atlas& to);
+// Likewise, but with values between texels on the surface of splines of the degree of `surface`
+// through those at the texels. `surface` belongs to `to`. A shell that is bent has kinks, and so
+// much energy, on a finer image of bilinear values. Images with fewer points than such splines need
+// are bilinear.
+std::vector<Vec3> resampled(const std::vector<Vec3>& values, const bsi::Atlas& from,
+                            const bsi::Atlas& to, const SplineSurface& surface);
 
 }  // namespace weft::sim

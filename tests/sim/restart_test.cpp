@@ -9,6 +9,7 @@
 #include "sim/run/make_simulation.h"
 #include "sim/run/recorded_run.h"
 #include "sim/run/run_checkpoint.h"
+#include "sim/scene/spline_surface.h"
 #include "sim/scene/start_states.h"
 #include "sim/trajectory/trajectory.h"
 #include "tests/sim/simulated_case.h"
@@ -92,6 +93,37 @@ TEST(Resampled, ClosesImages) {
   const std::vector<Vec3> there = resampled(values, from, to);
   const std::vector<double> expected{0, 0.5, 1, 1.5, 2, 1.5, 1, 0.5};
   for (int col = 0; col < 8; ++col) EXPECT_EQ(there[col].x(), expected[col]);
+}
+
+// Points of a bent shell lie on its surface of splines at any resolution, not on the chords between
+// its points.
+TEST(Resampled, BendsShellsWithoutKinks) {
+  const double radius = 0.5, angle = 2;
+  const auto image_of = [&](const bsi::Atlas& atlas) {
+    std::vector<Vec3> image;
+    const bsi::Patch& patch = atlas.patches()[0];
+    for (int row = 0; row < patch.rows; ++row) {
+      for (int col = 0; col < patch.cols; ++col) {
+        const double turn = angle * col / (patch.cols - 1);
+        image.push_back(
+            {radius * std::sin(turn), 0.1 * row / (patch.rows - 1), radius * std::cos(turn)});
+      }
+    }
+    return image;
+  };
+  const bsi::Atlas from({{.rows = 4, .cols = 9}}), to({{.rows = 7, .cols = 33}});
+  const SplineSurface surface(to, 3);
+  const std::vector<Vec3> there = resampled(image_of(from), from, to, surface),
+                          exact = image_of(to), chords = resampled(image_of(from), from, to);
+  double farthest = 0, sagitta = 0;
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    farthest = std::max(farthest, (there[i] - exact[i]).norm());
+    sagitta = std::max(sagitta, (chords[i] - exact[i]).norm());
+  }
+  EXPECT_GT(sagitta, 3e-3);
+  EXPECT_LT(farthest, 0.02 * sagitta);
+  const SplineSurface same(from, 3);
+  EXPECT_EQ(resampled(image_of(from), from, from, same), image_of(from));
 }
 
 TEST_F(Restart, BeginsInAFrame) {

@@ -247,6 +247,39 @@ TEST(Scene, BodiesThatMotionsDeformOrThatAreAllHeldStayDynamic) {
   EXPECT_EQ(held_bodies(*build_scene(parse_case(both, "test.toml"))), 0);
 }
 
+TEST(Scene, RefusesAStartBeyondTheRangeOfNumbers) {
+  const std::string rectangle =
+      "shape = { type = \"rectangle\", size = [1, 1], resolution = [5, 5] }\n";
+  const std::string floor = "[[obstacle]]\nname = \"floor\"\n" + rectangle;
+  const auto message_of = [](const std::string& body, const std::string& more = "") {
+    try {
+      scene_of(body, more);
+    } catch (const CaseError& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  EXPECT_EQ(message_of(rectangle + "position = [1e300, 0, 0]\n"),
+            "test.toml:3:1: the start of \"b\" is beyond the range of numbers\n  expected a place "
+            "within 1e150 m of the origin");
+  EXPECT_EQ(message_of(rectangle, floor + "position = [0, -1e300, 0]\n"),
+            "test.toml:6:1: the start of \"floor\" is beyond the range of numbers\n  expected a "
+            "place within 1e150 m of the origin");
+}
+
+TEST(Scene, TakesNormalsOfAnyLength) {
+  for (const char* length : {"1e200", "1e-200"}) {
+    EXPECT_NO_THROW(build_scene(
+        parse_case("[material.m]\nmodel = \"shell\"\nyoungs_modulus = 1e6\npoisson_ratio = 0\n"
+                   "shell_thickness = 0.01\nvolume_density = 100\n[[body]]\nname = \"b\"\n"
+                   "shape = { type = \"rectangle\", size = [1, 1], resolution = [5, 5] }\n"
+                   "[[body.pin]]\nedges = [\"first_row\"]\nsymmetry_normal = [0, " +
+                       std::string(length) + ", 0]\n",
+                   "test.toml")))
+        << length;
+  }
+}
+
 TEST(Scene, SaysThatAnEquilibriumHasNoFriction) {
   const std::string text = describe_scene(*build_scene(parse_case(
       "[time]\nmethod = \"static\"\n[contact]\nfriction = 0.5\n[material.m]\n[[body]]\nname = "
