@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <random>
 #include <set>
@@ -21,7 +22,7 @@ constexpr int most_rounds = 60;           // of taking parts through surfaces
 constexpr int most_spacing_rounds = 300;  // of pushing surfaces apart
 // Fractions of contact.range to which surfaces are separated, and below which they are. Surfaces of
 // one body must be out of reach of each other at the start.
-constexpr double aimed_range = 0.5, least_range = 0.05;
+constexpr double aimed_range = 0.5, least_range = 0.4;
 constexpr double aimed_range_within = 1.25, least_range_within = 1.02;
 // Length by which points are displaced to find what is cut off, as a fraction of an edge. It keeps
 // edges of regular images from meeting in points.
@@ -44,23 +45,35 @@ double mean_edge(const SceneBody& body, std::span<const Vec3> points) {
   return sum / static_cast<double>(std::max<std::size_t>(1, body.mesh.edges.size()));
 }
 
-// The sums of the moves that constraints ask of points, and their numbers. A point goes by the
-// mean.
+// The weighted sums of the moves that constraints ask of points, and their weights. A point goes by
+// the mean. The weight of a point in a constraint is its share of the place that has to move: a
+// point far from that place would be moved by little, and keep its other constraints from what they
+// need.
 struct Moves {
   std::vector<Vec3> sum;
-  std::vector<int> count;
+  std::vector<double> weight;
 
-  explicit Moves(std::size_t points) : sum(points, Vec3::Zero()), count(points, 0) {}
-  void add(int point, const Vec3& move) {
-    sum[point] += move;
-    ++count[point];
+  explicit Moves(std::size_t points) : sum(points, Vec3::Zero()), weight(points, 0) {}
+  void add(int point, const Vec3& move, double share) {
+    sum[point] += share * move;
+    weight[point] += share;
   }
   std::vector<Vec3> applied_to(const std::vector<Vec3>& points, double factor = 1) const {
     std::vector<Vec3> result(points);
     for (std::size_t i = 0; i < points.size(); ++i)
-      if (count[i] > 0) result[i] += factor / count[i] * sum[i];
+      if (weight[i] > 0) result[i] += factor / weight[i] * sum[i];
     return result;
   }
+};
+
+// Two features that are too close.
+struct Separation {
+  std::array<int, 4> nodes{};
+  std::array<double, 4> weight{};
+  Vec3 move{0, 0, 0};   // m, of the first feature's closest point from that of the second
+  double distance = 0;  // m
+  int vertex = -1;      // the first feature, or -1 for two edges
+  int other = 0;        // body of the second feature
 };
 
 // A point of a surface: corners and weights.
@@ -297,7 +310,8 @@ class Repair {
       if (is_free_[nodes[i]] != 0) sum += weight[i] * weight[i];
     if (sum < 1e-6) return;
     for (int i = 0; i < 4; ++i)
-      if (is_free_[nodes[i]] != 0 && weight[i] != 0) moves.add(nodes[i], weight[i] / sum * move);
+      if (is_free_[nodes[i]] != 0 && weight[i] != 0)
+        moves.add(nodes[i], weight[i] / sum * move, std::abs(weight[i]));
   }
 
   // Returns the unit vector from the surface to the side on which the rest of a part lies, at a
@@ -371,23 +385,26 @@ class Repair {
     return closest.squared_distance <= distance * distance;
   }
 
-  // Adds the moves that separate a pair of features if it is closer than the least distance.
-  // Returns true if it is.
-  bool separate(const std::array<int, 4>& nodes, bool edges, int a, int b, Moves& moves) const {
+  // Adds what separates a pair of features to `found` if it is closer than the least distance.
+  // Edges that are closest at an end of one of them are left out: that end and a triangle are as
+  // close.
+  void separate(const std::array<int, 4>& nodes, bool edges, int a, int b,
+                std::vector<Separation>& found) const {
     const Vec3 &x0 = x_[nodes[0]], &x1 = x_[nodes[1]], &x2 = x_[nodes[2]], &x3 = x_[nodes[3]];
     const bsi::Closest closest = edges ? bsi::closest_edge_edge(x0, x1, x2, x3)
                                        : bsi::closest_vertex_triangle(x0, x1, x2, x3);
     const double least = least_of(a, b);
-    if (closest.squared_distance >= least * least) return false;
+    if (closest.squared_distance >= least * least) return;
+    if (edges && std::ranges::find(closest.weight, 0.0) != closest.weight.end()) return;
     const double aim = aim_of(a, b), distance = std::sqrt(closest.squared_distance);
-    if (are_neighbours(nodes, a, b, edges, aim)) return false;
+    if (are_neighbours(nodes, a, b, edges, aim)) return;
     const bool is_free = std::ranges::any_of(nodes, [&](int node) { return is_free_[node] != 0; });
-    if (!is_free || !(distance > 0)) return false;
-    share(nodes, closest.weight, (aim - distance) / distance * closest.separation, moves);
-    return true;
+    if (!is_free || !(distance > 0)) return;
+    found.push_back({nodes, closest.weight, (aim - distance) / distance * closest.separation,
+                     distance, edges ? -1 : nodes[0], b});
   }
 
-  bool separate_triangles(const Crossing& near, Moves& moves) const {
+  void separate_triangles(const Crossing& near, std::vector<Separation>& found) const {
     const auto corners = [&](int b, int t) {
       std::array<int, 3> nodes = body(b).surface_mesh().triangles[t];
       for (int& node : nodes) node += body(b).first_point;
@@ -395,14 +412,29 @@ class Repair {
     };
     const int a = near.surface_a, b = near.surface_b;
     const auto p = corners(a, near.triangle_a), q = corners(b, near.triangle_b);
-    bool any = false;
     for (int i = 0; i < 3; ++i) {
-      any |= separate({p[i], q[0], q[1], q[2]}, false, a, b, moves);
-      any |= separate({q[i], p[0], p[1], p[2]}, false, b, a, moves);
+      separate({p[i], q[0], q[1], q[2]}, false, a, b, found);
+      separate({q[i], p[0], p[1], p[2]}, false, b, a, found);
       for (int j = 0; j < 3; ++j)
-        any |= separate({p[i], p[(i + 1) % 3], q[j], q[(j + 1) % 3]}, true, a, b, moves);
+        separate({p[i], p[(i + 1) % 3], q[j], q[(j + 1) % 3]}, true, a, b, found);
     }
-    return any;
+  }
+
+  // Returns the moves that separate the features. A vertex and a triangle count only if no other
+  // triangle of that body is nearer to the vertex: beside its projection, the triangle would push
+  // the vertex aside.
+  Moves moves_of(const std::vector<Separation>& separations) const {
+    std::map<std::pair<int, int>, double> nearest;
+    for (const Separation& each : separations) {
+      const auto [place, is_new] = nearest.try_emplace({each.vertex, each.other}, each.distance);
+      if (!is_new) place->second = std::min(place->second, each.distance);
+    }
+    Moves moves(x_.size());
+    for (const Separation& each : separations) {
+      if (each.vertex >= 0 && each.distance > nearest.at({each.vertex, each.other})) continue;
+      share(each.nodes, each.weight, each.move, moves);
+    }
+    return moves;
   }
 
   bool may_touch(const Crossing& near) const {
@@ -424,11 +456,11 @@ class Repair {
     for (const SceneBody& each : scene_.bodies) reach = std::max(reach, each.thickness);
     reach += least_range_within * scene_.source.contact.range;
     for (int round = 0; round < most_spacing_rounds; ++round) {
-      Moves moves(x_.size());
-      bool any = false;
+      std::vector<Separation> found;
       for (const Crossing& near : find_near_triangles(contact_surfaces(scene_, x_), reach))
-        if (may_touch(near)) any |= separate_triangles(near, moves);
-      if (!any) return;
+        if (may_touch(near)) separate_triangles(near, found);
+      if (found.empty()) return;
+      const Moves moves = moves_of(found);
       double factor = 1;
       std::vector<Vec3> next = moves.applied_to(x_);
       while (factor > 1e-3 && !forbidden_crossings(scene_, next).empty()) {

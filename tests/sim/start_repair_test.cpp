@@ -197,6 +197,29 @@ TEST_F(StartRepairs, SurfacesThatAreTooCloseArePushedApart) {
   for (const RepairedBody& body : repair.bodies) EXPECT_LT(body.farthest, 0.003);
 }
 
+// A sheet that lies too close above a floor is lifted to half of the range everywhere.
+TEST_F(StartRepairs, ASheetIsLiftedFromAFloorByAsMuchEverywhere) {
+  const auto scene = scene_of(R"(
+[[body]]
+name = "sheet"
+position = [0, 0, 0.0004]
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [11, 11] }
+[[obstacle]]
+name = "floor"
+shape = { type = "plane", size = [1, 0.5] }
+)",
+                              {});
+  const StartRepair repair = repaired(*scene);
+  ASSERT_EQ(repair.bodies.size(), 1U);
+  EXPECT_EQ(repair.bodies[0].moved, 121);
+  const double thickness = scene->bodies[0].thickness, range = scene->source.contact.range;
+  for (int i = 0; i < scene->bodies[0].particle_count(); ++i) {
+    const double height = repair.position[scene->bodies[0].first_particle + i].z();
+    EXPECT_GT(height, thickness + 0.39 * range);
+    EXPECT_LT(height, thickness + 0.75 * range);
+  }
+}
+
 TEST_F(StartRepairs, PinsDoNotMove) {
   const auto scene = scene_of(
       two_sheets, {"body.upper.rotation_deg=[5, 3, 0]", "body.upper.position=[0.013, 0.021, 0.004]",
