@@ -92,7 +92,6 @@ class Pilot {
   bool fails(const TimeCase& time);
 
   double duration() const { return target_.time.duration; }
-  double cpu_time() const { return stopwatch_.elapsed().cpu; }
   bool stopped() const { return report_.ended_run(); }
   // Returns true if the stop signal or the CPU limit must end the pilot after this step of `run`.
   // Records the reason in the report.
@@ -196,10 +195,9 @@ bool Pilot::choose_verlet(const TimeCase& loose) {
     return false;
   target_.accuracy_choice = formatted(
       "verlet with steps of %.2g of the longest stable one for an accuracy of %.3g m "
-      "over %.3g s, less work than %s; a pilot run of %.2g s of CPU finds an error of "
-      "%.2g m",
+      "over %.3g s, less work than %s; a pilot run finds an error of %.2g m",
       longest_verlet_share, *target_.time.accuracy, duration(), traits_of(target_.time.method).name,
-      cpu_time(), apart->largest * 4 / 3);
+      apart->largest * 4 / 3);
   target_.time = verlet;
   return true;
 }
@@ -239,17 +237,15 @@ void Pilot::correct_by(const Distance& apart, double loose) {
   if (apart.parted_time && wanted < tight) {
     const double kept = make_sure(target_.time.position_tolerance, loose);
     target_.accuracy_choice += formatted(
-        "; chaotic: this accuracy cannot be had: from t = %.3g s on, two pilot runs (%.2g s of "
-        "CPU) are further apart than a tenth of the motion or size, %.2g m at the most; "
+        "; chaotic: this accuracy cannot be had: from t = %.3g s on, two pilot runs are "
+        "further apart than a tenth of the motion or size, %.2g m at the most; "
         "position_tolerance %.3g m, by the calibration alone, for the time before",
-        *apart.parted_time, cpu_time(), apart.largest, kept);
+        *apart.parted_time, apart.largest, kept);
     return;
   }
   const double kept = make_sure(wanted, loose);
   target_.accuracy_choice += formatted(
-      "; a pilot run of %.2g s of CPU finds %.2g times the usual errors: "
-      "position_tolerance %.3g m",
-      cpu_time(), factor, kept);
+      "; a pilot run finds %.2g times the usual errors: position_tolerance %.3g m", factor, kept);
   if (kept < wanted)
     target_.accuracy_choice += formatted(", since a run with %.3g m fails", wanted);
 }

@@ -247,13 +247,18 @@ int compute(const SweepCommand& command, const fs::path& directory, const SweepP
 }
 
 // Returns the outputs of the sweep file that the command names, or of the one that the plan names.
-// If that is there no more, they are those of the plan.
+// If that is there no more, they are those of the plan, and a note says so.
 std::vector<OutputExpression> outputs_to_collect(const SweepCommand& command,
                                                  const SweepPlan& plan) {
   if (!command.collected_sweep.empty()) return read_sweep_outputs(command.collected_sweep);
   std::error_code unknown;
-  if (!fs::exists(plan.sweep, unknown)) return plan.sweep_outputs;
-  return read_sweep_outputs(plan.sweep);
+  if (!fs::exists(plan.sweep, unknown)) {
+    std::cerr << "weft: there is no " << plan.sweep
+              << " any more; the outputs are those that it had (another may be named after the "
+                 "folder)\n";
+    return plan.sweep_outputs;
+  }
+  return read_sweep_outputs(fs::proximate(plan.sweep).string());
 }
 
 void print_estimate(const SweepEstimate& estimate, int processes) {

@@ -84,11 +84,10 @@ std::string reason_in(const std::string& report, const std::filesystem::path& at
   return reason;
 }
 
-// Returns the peak memory (MiB) that weft run printed, or nothing. The system counts the memory of
-// this process, from which the run was started, as the run's too.
-std::optional<double> peak_memory_in(const std::string& report) {
+// Returns a number of the report that weft run printed, or nothing.
+std::optional<double> number_in(const std::string& report, const char* key) {
   const auto json = nlohmann::json::parse(report, nullptr, false);
-  const auto number = json.is_object() ? json.find("peak_memory_mib") : json.end();
+  const auto number = json.is_object() ? json.find(key) : json.end();
   return number != json.end() && number->is_number() ? std::optional(number->get<double>())
                                                      : std::nullopt;
 }
@@ -292,11 +291,13 @@ class LocalEngine {
     result.exit_code = end.exit_code;
     result.signal = end.signal;
     result.attempts = ended.start.number;
-    result.wall_seconds = end.wall_seconds;
-    result.cpu_seconds = end.cpu_seconds;
     result.version = WEFT_VERSION;
     result.report = read_whole_file(ended.attempt.folder() / "report.json").value_or("");
-    result.peak_memory = peak_memory_in(result.report).value_or(end.peak_memory);
+    // The system counts the memory of this process, from which the run was started, as the run's
+    // too, and only this attempt's time. The report of a run that went on has the time of all.
+    result.peak_memory = number_in(result.report, "peak_memory_mib").value_or(end.peak_memory);
+    result.wall_seconds = number_in(result.report, "wall_s").value_or(end.wall_seconds);
+    result.cpu_seconds = number_in(result.report, "cpu_s").value_or(end.cpu_seconds);
     result.outputs = output_values(ended.attempt.folder() / "run.h5", outputs_);
     explain(result, ended);
     return result;

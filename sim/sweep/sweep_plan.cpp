@@ -82,7 +82,7 @@ class Planner {
   }
 
   SweepPlan plan() {
-    plan_.sweep = sweep_.path;
+    plan_.sweep = std::filesystem::absolute(sweep_.path).lexically_normal().string();
     plan_.limits = sweep_.limits;
     plan_.estimate_error = sweep_.estimate_error;
     plan_.sweep_outputs = sweep_.outputs;

@@ -134,7 +134,7 @@ TEST(AccuracyChoice, IsCorrectedByAPilotRun) {
   Case corrected = first;
   correct_accuracy(corrected);
   EXPECT_NE(corrected.time.position_tolerance, first.time.position_tolerance);
-  EXPECT_NE(corrected.accuracy_choice.find("a pilot run of"), std::string::npos);
+  EXPECT_NE(corrected.accuracy_choice.find("a pilot run finds"), std::string::npos);
   EXPECT_EQ(parse_case(corrected.resolved_text, "again.toml").time.position_tolerance,
             corrected.time.position_tolerance);
   Case plain = chosen(hanging_sheet, {});

@@ -65,6 +65,26 @@ class SweepCollect : public WeftCommand {
   }
 };
 
+// The plan knows the sweep file wherever the command runs, and says when it is gone.
+TEST_F(SweepCollect, FindsTheSweepFileFromAnyFolder) {
+  ASSERT_EQ(weft({"sweep", "sweep.toml", "--quiet"}).code, 0);
+  write("sweep.toml", std::string(densities) + "added = \"frames\"\n");
+  const auto collect = [&] {
+    return weft({"sweep", "collect", path("out/sweep").string(), "--json"},
+                [] { std::filesystem::current_path("/"); });
+  };
+  const Result found = collect();
+  ASSERT_EQ(found.code, 0) << found.err;
+  EXPECT_EQ(found.err, "");
+  EXPECT_EQ(table("out/sweep/summary.csv").at(0).at(10), "added");
+  std::filesystem::remove(path("sweep.toml"));
+  const Result gone = collect();
+  EXPECT_EQ(gone.code, 0);
+  EXPECT_EQ(gone.err, "weft: there is no " + path("sweep.toml").string() +
+                          " any more; the outputs are those that it had (another may be named "
+                          "after the folder)\n");
+}
+
 TEST_F(SweepCollect, SummarisesTheOutputsOfCaseAndSweep) {
   const Result run = weft({"sweep", "sweep.toml", "--quiet"});
   ASSERT_EQ(run.code, 0) << run.err;

@@ -185,6 +185,9 @@ TEST_F(SweepOptions, GoesOnWithARunThatWasOverItsTime) {
   EXPECT_EQ(second.at("hash"), first.at("hash"));
   EXPECT_GT(second.at("report").at("resumed_at_s"), 0);
   EXPECT_GT(second.at("report").at("steps"), first.at("report").at("steps"));
+  // Times are those of both attempts.
+  EXPECT_EQ(second.at("wall_s"), second.at("report").at("wall_s"));
+  EXPECT_GT(second.at("wall_s"), 4);
 }
 
 TEST_F(SweepOptions, RewritesTheSummaryAsRunsEnd) {
