@@ -20,10 +20,13 @@ constexpr double mebibyte = 1 << 20;
 // Memory of a process without a scene (bytes): libraries, tables and buffers of a trajectory.
 constexpr double process_memory = 16 * mebibyte;
 
-// Memory per vertex (bytes), from the resident size of runs with 129 x 129 and 257 x 257 vertices.
+// Memory per vertex (bytes), from the resident size of runs with 129 x 129 and 257 x 257 vertices;
+// of shells, with 33 x 33 to 129 x 65 control points.
 constexpr double geometry_and_state = 1200;
 constexpr double implicit_matrix = 1300;   // matrix, multigrid levels, vectors of the solver
 constexpr double bending_stencils = 1500;  // stencils and their matrix entries
+constexpr double shell_elements = 11000;   // points of integration with their control points
+constexpr double shell_factors = 26000;    // factors of the tangent, for equilibria of shells
 constexpr double contact_search = 2000;    // edges, pyramid, candidates, pairs in reach
 constexpr double surface_tensors = 500;    // triangles of SurfaceTensors, for some channels
 constexpr double surface_hinges = 250;     // hinges of SurfaceTensors, for bending and body_energy
@@ -33,9 +36,10 @@ constexpr double obstacle_geometry = 300;
 constexpr double obstacle_contact = 900;
 constexpr double rigid_particle = 2500;  // state, candidate pairs and contacts
 
-bool bends(const Case& source, const BodyCase& body) {
+// True if the material of the body has the property.
+bool is_of(const Case& source, const BodyCase& body, bool (MaterialCase::*property)() const) {
   return std::ranges::any_of(source.material, [&](const MaterialCase& material) {
-    return material.name == body.material && material.resists_bending();
+    return material.name == body.material && (material.*property)();
   });
 }
 
@@ -56,7 +60,12 @@ double channel_bytes(const OutputCase& output) {
 double bytes_per_vertex(const Case& source, const BodyCase& body) {
   double bytes = geometry_and_state + channel_bytes(source.output);
   if (!traits_of(source.time.method).is_explicit) {
-    bytes += implicit_matrix + (bends(source, body) ? bending_stencils : 0);
+    const bool bends = is_of(source, body, &MaterialCase::resists_bending);
+    bytes += implicit_matrix + (bends ? bending_stencils : 0);
+  }
+  if (is_of(source, body, &MaterialCase::is_shell)) {
+    bytes += shell_elements;
+    if (traits_of(source.time.method).finds_equilibria()) bytes += shell_factors;
   }
   return bytes + (source.contact.enabled ? contact_search : 0);
 }

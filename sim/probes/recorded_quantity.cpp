@@ -64,7 +64,10 @@ class CallReader {
     quantity.components = form_.components;
     std::size_t next = 0;
     if (form_.takes_name) quantity.name = arguments_[next++].text;
-    if (form_.takes_body) quantity.body = body_of(arguments_[next++]);
+    if (form_.takes_body) {
+      quantity.body = body_of(arguments_[next]);
+      require_surface(quantity.body, arguments_[next++]);
+    }
     if (form_.takes_texel) quantity.particle = particle_of(quantity.body, next);
     if (form_.takes_name) {
       const int found = form_.takes_body ? components_of_field(quantity.body) : record_components();
@@ -138,6 +141,16 @@ class CallReader {
            name_hint(argument.text, names));
     }
     return static_cast<int>(found - names.begin());
+  }
+
+  // Refuses the area of a group of particles, which has no triangles.
+  void require_surface(int body, const Argument& argument) const {
+    const bool is_of_triangles =
+        form_.kind == QuantityKind::shadow || form_.kind == QuantityKind::area;
+    if (!is_of_triangles || !contents_.bodies[body].is_of_spheres()) return;
+    fail(argument.begin,
+         in_quotes(argument.text) + " are particles, which have no " + name_.text + "()",
+         "expected a body with a surface");
   }
 
   // Returns the particle of a texel. `next` is the index of the argument with its patch or row.

@@ -13,7 +13,7 @@
 
 #include "gpu/renderer.h"
 #include "sim/case/case_error.h"
-#include "sim/case/case_reader.h"
+#include "sim/case/case_tree.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/view/movie_file.h"
 #include "sim/view/painted_field.h"
@@ -188,10 +188,11 @@ void refuse_foreign_files(const std::string& directory, const std::string& movie
   if (is_in_the_way(movie, is_own_movie(movie))) refuse(movie);
 }
 
-// Returns time.scale of the case, or 1 if this version cannot read the case.
+// Returns time.scale of the resolved case, or 1 if the case cannot be read. Nothing else of the
+// case is looked at: files that it names may be elsewhere by now.
 double time_scale(const TrajectoryReader& reader) {
   try {
-    return parse_case(reader.case_text(), "case").time.scale;
+    return parse_toml(reader.case_text(), "case").at_path("time.scale").value_or(1.0);
   } catch (const CaseError&) {
     return 1;
   }

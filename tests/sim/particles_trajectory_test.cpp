@@ -118,6 +118,26 @@ TEST_F(ParticlesTrajectory, GivesOutputs) {
   EXPECT_NEAR(report.outputs[0].second, 1 + 2 * 0.2 - 9.81 / 2 * 0.04, 2e-5);
 }
 
+TEST_F(ParticlesTrajectory, HasNoArea) {
+  for (const std::string output : {"shadow('few').z", "area('few')"}) {
+    std::string text = flight;
+    const std::string table = "[outputs]\n";
+    text.insert(text.find(table) + table.size(), "covered = \"last(" + output + ")\"\n");
+    RunOptions options;
+    options.trajectory = path("covered.h5");
+    try {
+      run_simulation(parse_case(text, "test.toml"), options);
+      ADD_FAILURE() << output;
+    } catch (const CaseError& error) {
+      EXPECT_NE(
+          std::string(error.what())
+              .find("\"few\" are particles, which have no " + output.substr(0, output.find('('))),
+          std::string::npos)
+          << error.what();
+    }
+  }
+}
+
 TEST_F(ParticlesTrajectory, IsAShapeOfPlacesForAnotherCase) {
   // The dataset [n, 3] of a file gives the places of a case.
   const std::vector<double> places{0, 0, 1, 0.5, 0, 1, 0, 0.5, 2};

@@ -397,6 +397,15 @@ TEST_F(RenderTrajectory, SlowsTheMovieByTheTimeScale) {
   EXPECT_NEAR(render_trajectory(path, pictures(), small_pictures()).frames_per_second, 2.5, 1e-9);
 }
 
+// Files that the case names need not be there any more.
+TEST_F(RenderTrajectory, SlowsMoviesOfShapesFromFiles) {
+  const std::string path =
+      write_trajectory(3, 1.0, 200,
+                       "[time]\nscale = 0.25\n[[body]]\nname = \"sheet\"\n"
+                       "shape = { type = \"file\", path = \"gone.h5\", dataset = \"/x\" }\n");
+  EXPECT_NEAR(render_trajectory(path, pictures(), small_pictures()).frames_per_second, 2.5, 1e-9);
+}
+
 TEST_F(RenderTrajectory, HandsThePicturesToFfmpegInRealTime) {
   install_ffmpeg("echo \"$@\" > arguments; echo movie > movie.mp4");
   const RenderReport report = render_trajectory(write_trajectory(3), pictures(), small_pictures());
