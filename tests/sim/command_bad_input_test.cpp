@@ -143,13 +143,30 @@ name = "floor"
 shape = { type = "rectangle", size = [1.1, 1.1], resolution = [65, 65] }
 )";
   write("fall.toml", fall);
-  const std::vector<WeftProcess::Arguments> runs = {
-      {"--set", "contact.enabled=false", "--set", "time.method=verlet"},
-      {"--set", "contact.enabled=false", "--set", "material.m.bending_stiffness=0"},
-      {"--set", "contact.enabled=false"},
-      {}};
-  for (const WeftProcess::Arguments& overrides : runs) {
-    WeftProcess::Arguments run{"run", "fall.toml", "--quiet", "--json", "--force"};
+  constexpr const char* plate = R"(time.duration = 1e-5
+contact.enabled = false
+world.gravity = [0, 0, 0]
+[material.m]
+model = "shell"
+youngs_modulus = 1e6
+poisson_ratio = 0.3
+shell_thickness = 0.01
+volume_density = 100
+[[body]]
+name = "plate"
+shape = { type = "rectangle", size = [2, 1], resolution = [65, 33] }
+)";
+  write("plate.toml", plate);
+  const std::pair<std::string, WeftProcess::Arguments> runs[] = {
+      {"fall.toml", {"--set", "contact.enabled=false", "--set", "time.method=verlet"}},
+      {"fall.toml", {"--set", "contact.enabled=false", "--set", "material.m.bending_stiffness=0"}},
+      {"fall.toml", {"--set", "contact.enabled=false"}},
+      {"fall.toml", {}},
+      {"plate.toml", {}},
+      {WEFT_CASES_DIR "/benchmarks/scordelis_lo.toml",
+       {"--set", "body.roof.shape.resolution=[33,33]"}}};
+  for (const auto& [file, overrides] : runs) {
+    WeftProcess::Arguments run{"run", file, "--quiet", "--json", "--force", "-o", "out"};
     run.insert(run.end(), overrides.begin(), overrides.end());
     const Result result = weft(run, limit_time);
     ASSERT_EQ(result.code, exit_code::done) << result.err;
@@ -158,10 +175,10 @@ shape = { type = "rectangle", size = [1.1, 1.1], resolution = [65, 65] }
     EXPECT_GT(used, 1e6);
     std::vector<std::string> keys;
     for (std::size_t i = 1; i < overrides.size(); i += 2) keys.push_back(overrides[i]);
-    const Case source = read_case(path("fall.toml").string(), keys);
+    const Case source = read_case((folder() / file).string(), keys);
     const double needed = estimate_memory(source, size_of_case(source));
-    EXPECT_GT(needed, used / 2) << testing::PrintToString(overrides);
-    EXPECT_LT(needed, used * 2) << testing::PrintToString(overrides);
+    EXPECT_GT(needed, used / 2) << file << ' ' << testing::PrintToString(overrides);
+    EXPECT_LT(needed, used * 2) << file << ' ' << testing::PrintToString(overrides);
   }
 }
 
