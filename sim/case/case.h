@@ -284,8 +284,8 @@ struct PinCase {
 struct StartCase {
   std::optional<ShapeCase> shape;     // same rows, columns, patches and seams as the rest shape
   std::optional<double> bend_radius;  // m; positive: borders move towards +z, negative: towards -z
-  std::optional<double>
-      bend_direction_deg;  // direction of the curvature, from x towards y; default 0
+  // Direction of the curvature, from x towards y; default 0.
+  std::optional<double> bend_direction_deg;
   SourceLocation location;
 };
 

@@ -117,7 +117,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "case.toml:4:43: no file \"none.h5\"\n  expected an HDF5 file, here none.h5"}),
     bad_case_name);
 
-// What a trajectory stores of the case is read again by restarts, --resume and sweeps.
+// Restarts, --resume and sweeps read the case that a trajectory stores, so it must be a valid one.
 TEST(StartShape, OfAResolvedCaseIsReadAgain) {
   for (const char* start :
        {"start = { shape = { type = \"rectangle\", size = [2, 1], resolution = [5, 9] } }\n",
