@@ -184,12 +184,15 @@ double BodyMotion::change(int a, int b) const {
 
 void BodyMotion::choose_placed(int b) {
   const RigidObstacle* obstacle = posed(b);
-  bodies_[b].chosen.reset();
+  Body& body = bodies_[b];
+  body.chosen.reset();
+  body.chosen_start.reset();
   if (obstacle != nullptr) {
-    bodies_[b].chosen = *paths_->end.pose(obstacle->number);
+    body.chosen = *paths_->end.pose(obstacle->number);
+    if (paths_->is_path()) body.chosen_start = *paths_->start.pose(obstacle->number);
   } else {
     placed_.choose(b, placed_paths(b));
-    find_features(b, placed_, bodies_[b].placed);
+    find_features(b, placed_, body.placed);
   }
 }
 
@@ -198,23 +201,30 @@ void BodyMotion::choose_own(int b) {
   find_features(b, own_, bodies_[b].own);
 }
 
-// Returns an upper bound (m) of the displacements of a body's points since the choice.
-double BodyMotion::since_choice(int b) const {
+// Returns bounds of the displacements of a body's points since the choice.
+SinceChoice BodyMotion::since_choice(int b) const {
+  if (!scene_.bodies[b].moves) return {0, 0};
   const RigidObstacle* obstacle = posed(b);
-  if (!scene_.bodies[b].moves) return 0;
-  if (obstacle == nullptr) return placed_.displacement_since_choice(b);
-  const std::optional<RigidPose>& chosen = bodies_[b].chosen;
-  if (!chosen) return infinity;
-  double moved = displacement(*obstacle, *chosen, *paths_->end.pose(obstacle->number)).largest();
-  if (paths_->is_path()) {
-    const RigidPose& start = *paths_->start.pose(obstacle->number);
-    moved = std::max(moved, displacement(*obstacle, *chosen, start).largest());
-  }
-  return moved;
+  if (obstacle == nullptr) return placed_.since_choice(b);
+  const Body& body = bodies_[b];
+  if (!body.chosen) return {};
+  const RigidPose& end = *paths_->end.pose(obstacle->number);
+  const double at_end = displacement(*obstacle, *body.chosen, end).largest();
+  if (!paths_->is_path()) return {at_end, at_end};
+  const RigidPose& start = *paths_->start.pose(obstacle->number);
+  const RigidPose& from = body.chosen_start ? *body.chosen_start : *body.chosen;
+  return {std::max(at_end, displacement(*obstacle, *body.chosen, start).largest()),
+          std::max(at_end, displacement(*obstacle, from, start).largest())};
+}
+
+double BodyMotion::own_change_since_choice(int b) const {
+  const SinceChoice& own = own_.since_choice(b);
+  return 2 * std::min(own.from_end, own.along_path);
 }
 
 double BodyMotion::change_since_choice(int a, int b) const {
-  return since_choice(a) + since_choice(b);
+  const SinceChoice one = since_choice(a), other = since_choice(b);
+  return std::min(one.from_end + other.from_end, one.along_path + other.along_path);
 }
 
 void BodyMotion::renew_placed(int b, double limit, double short_path) {

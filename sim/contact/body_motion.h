@@ -66,9 +66,7 @@ class BodyMotion {
   void choose_own(int body);
   // Return upper bounds (m) of the change of any distance since the choice, as own_change() and
   // change() do since the record.
-  double own_change_since_choice(int body) const {
-    return 2 * own_.displacement_since_choice(body);
-  }
+  double own_change_since_choice(int body) const;
   double change_since_choice(int a, int b) const;
 
   // Record the points of a body that have moved farther than `limit`, and paths longer than
@@ -115,7 +113,9 @@ class BodyMotion {
     // The poses that replace the record of a rigid obstacle in placed_. There is no start_pose
     // without a path.
     std::optional<RigidPose> pose, start_pose;
-    std::optional<RigidPose> chosen;  // of a rigid obstacle, at the last choice
+    // Poses of a rigid obstacle at both ends of its path, at the last choice. There is no
+    // chosen_start without a path.
+    std::optional<RigidPose> chosen, chosen_start;
     Box box;
     double stray = 0;
     Features placed, own;  // since the records in placed_ and own_
@@ -128,7 +128,7 @@ class BodyMotion {
   BodyPaths placed_paths(int body) const;
   BodyPaths own_paths(int body) const;
   void find_means(int body);
-  double since_choice(int body) const;
+  SinceChoice since_choice(int body) const;
   static Displacement displacement(std::span<const Vec3> recorded, std::span<const Vec3> now);
   static Displacement displacement(const RigidObstacle& obstacle, const RigidPose& recorded,
                                    const RigidPose& now);

@@ -25,7 +25,11 @@ constexpr double short_path = 0.125;
 
 // Part of the slack by which points move until candidates are selected anew. With less, they are
 // selected more often; with more, there are more of them.
-constexpr double part_for_candidates = 0.125;
+constexpr double part_for_candidates = 0.0625;
+
+// Part of the slack that a list gets whose features a single step has carried farther than `leap`
+// times the slack. With more, it would not last longer either.
+constexpr double part_for_leaps = 0.125, leap = 2;
 
 // Room, as a part of the slack, that adjacent quads need for lists to leave them out. With less,
 // quads that fold have their pairs found again and again. Larger rooms are measured up to the
@@ -328,7 +332,8 @@ bool ContactSearch::find_expired() {
     ListState& state = states_[l];
     if (!state.near) continue;
     const bool has_folds = list.is_self() && find_folds(list);
-    if (!has_folds && !state.whole && drift(list) <= list_slack(l)) continue;
+    const double moved = drift(list);
+    if (!has_folds && !state.whole && moved <= list_slack(l)) continue;
     if (!state.whole && are_apart(list, reach(l))) {
       clear(l);
       continue;
@@ -336,11 +341,15 @@ bool ContactSearch::find_expired() {
     // Half of the slack is left for strays that grow. Room for strays of the past is given up when
     // it exceeds the slack.
     const double now = stray(list);
-    if (now > state.stray + 0.5 * slack_ || now < state.stray - slack_) {
+    if (now > state.stray + 0.5 * state.slack || now < state.stray - state.slack) {
       state.whole = true;
       state.stray = now;
     }
-    ask_for_renewal(list);
+    const bool leaps = moved > leap * slack_ && std::isfinite(moved);
+    const double slack = (leaps ? part_for_leaps : 1) * slack_;
+    if (slack > state.slack) state.whole = true;
+    state.slack = slack;
+    ask_for_renewal(list, state.slack);
     any = true;
   }
   return any;
@@ -361,9 +370,9 @@ bool ContactSearch::find_folds(const CandidateList& list) {
 
 // Asks for new records of the points that have used up a fifth of their share of the slack. With a
 // larger part, fewer points are recorded at a time, but more often.
-void ContactSearch::ask_for_renewal(const CandidateList& list) {
+void ContactSearch::ask_for_renewal(const CandidateList& list, double slack) {
   const bool both_move = list.is_self() || scene_.bodies[list.body_b].moves;
-  const double limit = (both_move ? 0.1 : 0.2) * slack_;
+  const double limit = (both_move ? 0.1 : 0.2) * slack;
   if (list.is_self()) {
     renewals_[list.body_a].own_limit = limit;
     return;
@@ -468,7 +477,9 @@ void ContactSearch::select(std::size_t l) {
     return motion_.features(body, kind, list.is_self());
   };
   const double reach = candidate_slack_ + state.selected_stray;
+  auto starts = state.starts.begin();
   list.for_each_with(state.pairs, [&](auto& selected, auto& all, bool edges, bool near) {
+    const std::vector<int>& starts_of_all = *starts++;
     selected.clear();
     if (all.empty()) return;
     const bool swapped = &selected == &list.triangle_vertex;
@@ -476,15 +487,15 @@ void ContactSearch::select(std::size_t l) {
     const int other = swapped ? list.body_a : list.body_b;
     const double range = edges ? range_of_edges(list) : range_of_vertices(list, one);
     const double distance = reach + (near ? 0 : list.thickness + range);
-    const PairSelection selection(all, distance,
+    const PairSelection selection(all, starts_of_all, distance,
                                   motion(one, edges ? Feature::edge : Feature::vertex),
                                   motion(other, edges ? Feature::edge : Feature::triangle));
     using Pairs = std::vector<FeaturePair>;
     const auto select_part = [&](int first, int last, Pairs& part) {
       selection.take(first, last, part);
     };
-    const int count = static_cast<int>(all.size());
-    for (const Pairs& part : parallel_parts(selected_, count, scene_.threads, select_part))
+    for (const Pairs& part :
+         parallel_parts(selected_, selection.features(), scene_.threads, select_part))
       selected.insert(selected.end(), part.begin(), part.end());
   });
 }
@@ -566,6 +577,11 @@ void ContactSearch::build_lists() {
     const auto renewed = states_[l].whole ? std::span<const char>() : snapshot.renewed();
     collect_features(scene_, list, {ends, quad_pairs_[i], reaches, renewed}, states_[l].pairs,
                      statistics_.counters);
+    auto starts = states_[l].starts.begin();
+    states_[l].pairs.for_each_with(
+        states_[l].pairs, [&](const auto& pairs, const auto&, bool /*edges*/, bool /*near*/) {
+          *starts++ = feature_starts(pairs);
+        });
     states_[l].whole = false;
   }
   std::ranges::fill(folded_, 0);

@@ -21,7 +21,7 @@ Snapshot::Snapshot(const Scene& scene, int point_count)
     : scene_(scene),
       bodies_(scene.bodies.size()),
       end_(point_count, Vec3::Zero()),
-      chosen_(point_count, Vec3::Zero()),
+      chosen_end_(point_count, Vec3::Zero()),
       displacement_(point_count, 0.0F),
       renewed_(point_count, 0) {}
 
@@ -35,20 +35,26 @@ void Snapshot::measure(int body, const BodyPaths& now) {
     state.displacement = std::numeric_limits<double>::infinity();
     return;
   }
-  const std::span<const Vec3> from = start(body), to = end(body), chosen = of_body(chosen_, body);
+  const std::span<const Vec3> from = start(body), to = end(body);
+  const bool on_paths = now.is_path() && state.chosen_paths;
+  const std::span<const Vec3> chosen = of_body(chosen_end_, body),
+                              chosen_start = of_body(on_paths ? chosen_start_ : chosen_end_, body);
   float* displacement = displacement_.data() + scene_.bodies[body].first_point;
   struct Largest {
-    double square = 0, since_choice = 0;
+    double square = 0, from_end = 0, along_path = 0;
   };
   const auto measure_part = [&](int first, int last, Largest& part) {
     for (int i = first; i < last; ++i) {
       const Vec3 at_end = now.end[i] - now.end_origin;
       double square = (at_end - to[i]).squaredNorm();
-      part.since_choice = std::max(part.since_choice, (at_end - chosen[i]).squaredNorm());
+      const double since_end = (at_end - chosen[i]).squaredNorm();
+      part.from_end = std::max(part.from_end, since_end);
+      part.along_path = std::max(part.along_path, since_end);
       if (now.is_path()) {
         const Vec3 at_start = now.start[i] - now.start_origin;
         square = std::max(square, (at_start - from[i]).squaredNorm());
-        part.since_choice = std::max(part.since_choice, (at_start - chosen[i]).squaredNorm());
+        part.from_end = std::max(part.from_end, (at_start - chosen[i]).squaredNorm());
+        part.along_path = std::max(part.along_path, (at_start - chosen_start[i]).squaredNorm());
       }
       displacement[i] = root_above(square);
       part.square = std::max(part.square, square);
@@ -58,16 +64,24 @@ void Snapshot::measure(int body, const BodyPaths& now) {
   const int count = static_cast<int>(to.size());
   for (const Largest& part : parallel_parts<Largest>(count, scene_.threads, measure_part)) {
     largest.square = std::max(largest.square, part.square);
-    largest.since_choice = std::max(largest.since_choice, part.since_choice);
+    largest.from_end = std::max(largest.from_end, part.from_end);
+    largest.along_path = std::max(largest.along_path, part.along_path);
   }
   state.displacement = root_above(largest.square);
-  if (state.chosen) state.since_choice = root_above(largest.since_choice);
+  if (state.chosen)
+    state.since_choice = {root_above(largest.from_end), root_above(largest.along_path)};
 }
 
 void Snapshot::choose(int body, const BodyPaths& now) {
   const int first = scene_.bodies[body].first_point;
-  for (std::size_t i = 0; i < now.end.size(); ++i) chosen_[first + i] = now.end[i] - now.end_origin;
+  const bool has_paths = now.is_path();
+  if (has_paths && chosen_start_.empty()) chosen_start_ = chosen_end_;
+  for (std::size_t i = 0; i < now.end.size(); ++i) {
+    chosen_end_[first + i] = now.end[i] - now.end_origin;
+    if (has_paths) chosen_start_[first + i] = now.start[i] - now.start_origin;
+  }
   bodies_[body].chosen = true;
+  bodies_[body].chosen_paths = has_paths;
   measure(body, now);
 }
 

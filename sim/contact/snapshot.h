@@ -17,6 +17,15 @@ struct BodyPaths {
   bool is_path() const { return start.data() != end.data(); }
 };
 
+// Upper bounds of the displacements (m) of all points of a body since its paths were chosen. The
+// change of any distance is no larger than the sum of both bodies' bounds of the same kind.
+struct SinceChoice {
+  double from_end = std::numeric_limits<double>::infinity();  // from the ends of the chosen paths
+  // At equal times on the present paths and the chosen ones. The same as from_end where either
+  // points do not move.
+  double along_path = std::numeric_limits<double>::infinity();
+};
+
 // A snapshot records positions, or straight paths, of the surface points of bodies. Points are
 // recorded one by one: a point that has moved far gets a new position in the snapshot, and the
 // other points keep theirs. Candidate lists contain the pairs of features that are near each other
@@ -47,11 +56,10 @@ class Snapshot {
   double displacement(int body) const { return bodies_[body].displacement; }
   // Returns an upper bound of the displacement of each point, m.
   std::span<const float> displacements() const { return displacement_; }
-  // Remembers the ends of the present paths of a body's points. Later calls of measure() also bound
-  // the displacements from there, which displacement_since_choice() returns, m. It is infinite
-  // before the first choice.
+  // Remembers the present paths of a body's points. Later calls of measure() also bound the
+  // displacements from there.
   void choose(int body, const BodyPaths& now);
-  double displacement_since_choice(int body) const { return bodies_[body].since_choice; }
+  const SinceChoice& since_choice(int body) const { return bodies_[body].since_choice; }
 
   // Records the points of the body that have moved farther than `limit` (m) or have a mark in
   // `others` (by point; empty: none), and marks them. They are recorded with their paths if one of
@@ -72,16 +80,17 @@ class Snapshot {
  private:
   struct Body {
     bool recorded = false, has_paths = false, renewed = false;
-    double displacement = 0, since_choice = std::numeric_limits<double>::infinity();
-    bool chosen = false;
+    double displacement = 0;
+    SinceChoice since_choice;
+    bool chosen = false, chosen_paths = false;
   };
   std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
   void record_all(int body, const BodyPaths& now, bool with_paths);
 
   const Scene& scene_;
   std::vector<Body> bodies_;
-  std::vector<Vec3> start_, end_;  // m; start_ is empty until a point has a path
-  std::vector<Vec3> chosen_;       // m
+  std::vector<Vec3> start_, end_;                // m; start_ is empty until a point has a path
+  std::vector<Vec3> chosen_start_, chosen_end_;  // m; the first is empty until a path is chosen
   std::vector<float> displacement_;
   std::vector<char> renewed_;
 };

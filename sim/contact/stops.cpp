@@ -27,9 +27,9 @@ constexpr double relative_stiffness = 100;
 
 }  // namespace
 
-// Returns the meeting of a pair, or nothing if the pair stays apart by half its thickness and
-// `stray`, and ends with a sufficient gap.
-std::optional<Meeting> SurfaceContact::meeting_of(const Pair& pair, double range, double stray,
+// Returns the meeting of a pair, or nothing if the pair stays apart by `separation` (m) and ends
+// with a sufficient gap.
+std::optional<Meeting> SurfaceContact::meeting_of(const Pair& pair, double range, double separation,
                                                   std::span<const Vec3> start,
                                                   std::span<const Vec3> end) const {
   bsi::FourPoints from, to;
@@ -43,7 +43,6 @@ std::optional<Meeting> SurfaceContact::meeting_of(const Pair& pair, double range
     return pair.edges ? bsi::closest_edge_edge(x[0], x[1], x[2], x[3])
                       : bsi::closest_vertex_triangle(x[0], x[1], x[2], x[3]);
   };
-  const double separation = 0.5 * pair.thickness + stray;
   const double fraction = pair.edges ? bsi::safe_fraction_edge_edge(from, to, separation)
                                      : bsi::safe_fraction_vertex_triangle(from, to, separation);
   bsi::Closest closest = closest_at(fraction < 1 ? before_meeting * fraction : 1);
@@ -71,12 +70,13 @@ std::optional<ContactFault> SurfaceContact::find_meetings(const PlacedPoints& st
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   PhaseTimer timer(statistics_.phases.narrow_phase);
   begin_placing();
-  for (const PairGroup& group : groups_within(0.0, 0.0)) {
+  const double least_gap = smallest_end * range_;
+  for (const PairGroup& group : groups_within(least_gap, short_range * least_gap)) {
     place_nodes(group, start, end);
     statistics_.counters.narrow_phase_calls += static_cast<std::int64_t>(group.nodes.size());
     statistics_.counters.ccd_calls += static_cast<std::int64_t>(group.nodes.size());
-    const double range = range_of(group);
-    double largest = 0.5 * group.thickness;
+    const double range = range_of(group), kept = path_distance(group);
+    double largest = kept;
     if (!stray.body.empty()) largest += stray.body[group.body_a] + stray.body[group.body_b];
     std::vector<int> unproved;
     bsi::find_unproved_paths(group.kind(), start.position(), end.position(), group.nodes, largest,
@@ -84,7 +84,7 @@ std::optional<ContactFault> SurfaceContact::find_meetings(const PlacedPoints& st
     for (const int i : unproved) {
       const Pair pair = group.pair(i);
       if (const auto meeting =
-              meeting_of(pair, range, stray.body.empty() ? 0 : stray_of(pair, stray),
+              meeting_of(pair, range, kept + (stray.body.empty() ? 0 : stray_of(pair, stray)),
                          start.position(), end.position()))
         meetings.push_back(*meeting);
     }

@@ -275,7 +275,7 @@ class SurfaceContact {
   void join(Found& part);
   void clear();
   double stray_of(const Pair& pair, const PointStray& stray) const;
-  std::optional<Meeting> meeting_of(const Pair& pair, double range, double stray,
+  std::optional<Meeting> meeting_of(const Pair& pair, double range, double separation,
                                     std::span<const Vec3> start, std::span<const Vec3> end) const;
   // The conditions that a path must meet.
   struct PathDemand {

@@ -293,6 +293,61 @@ TEST(ContactOracle, ListsAreCompleteWherePartsOfPathsChange) {
   EXPECT_GT(in_reach, 20U);
 }
 
+// Paths of two bodies that share some ends. Any other end may bring the bodies into reach.
+class SharedEnds : public Searched {
+ public:
+  SharedEnds() : Searched(two_strips) {}
+
+  // The left and the right body are `left` and `right` slacks from places whose gap is 0.3 slacks
+  // out of reach.
+  Positions at(double left, double right) const {
+    Positions positions = strips(*scene, {reach + (0.3 + right) * slack, 0.002, 0.001});
+    for (int i = 0; i < scene->bodies[0].particle_count(); ++i) positions[i].x() += left * slack;
+    return positions;
+  }
+};
+
+TEST(ContactOracle, ListsAreCompleteAlongPathsThatShareSomeEnds) {
+  SharedEnds walking;
+  std::mt19937 random(5);
+  const auto up_to = [&](int count) { return static_cast<int>(random() % count); };
+  double starts[2] = {0, 0}, ends[2] = {0, 0};  // slacks, by body
+  std::size_t in_reach = 0;
+  for (int k = 0; k < 400; ++k) {
+    for (double* const each : {&starts[0], &starts[1], &ends[0], &ends[1]})
+      if (up_to(2) == 0) *each = 0.2 * (up_to(3) - 1);
+    const Positions start = walking.at(starts[0], starts[1]), end = walking.at(ends[0], ends[1]);
+    in_reach += up_to(4) == 0 ? walking.update(end) : walking.update_path(start, end);
+  }
+  EXPECT_GT(in_reach, 500U);
+  EXPECT_LT(walking.statistics.counters.pair_traversals, 100);
+}
+
+// The left body keeps its path, the right one rests at the end of its own.
+TEST(ContactOracle, ListsAreCompleteWhereOneBodyWaitsForTheOther) {
+  SharedEnds waiting;
+  EXPECT_EQ(waiting.update_path(waiting.at(0.2, 0), waiting.at(0, -0.2)), 0U);
+  EXPECT_GT(waiting.update_path(waiting.at(0.2, -0.2), waiting.at(0, -0.2)), 0U);
+  EXPECT_EQ(waiting.statistics.counters.pair_traversals, 1);
+}
+
+// Both layers of a folded sheet leap towards each other, which gives them a list without pairs
+// between them. A part of one layer moves on, and gives them a list with the whole slack. It must
+// serve where both come into reach within that.
+TEST(ContactOracle, ListsAreCompleteAgainAfterALeap) {
+  Searched leaping(one_sheet);
+  const auto state = [&](double slacks, double bulge) {
+    Positions positions = folded(*leaping.scene, reach + slacks * slack);
+    for (Vec3& x : positions)
+      if (x.x() < -0.3 && x.z() > 0) x.z() += bulge * slack;
+    return positions;
+  };
+  leaping.update(state(6, 0));
+  leaping.update(state(0.15, 0));
+  const std::size_t near_the_fold = leaping.update(state(0.15, 0.4));
+  EXPECT_GT(leaping.update(state(-0.03, 0.4)), near_the_fold + 10);
+}
+
 // The upper plate approaches until it may have met the middle one, but not yet the lower one, and
 // then returns. The lists of the middle plate are rebuilt while the lower plate is nearly its whole
 // slack away from where its own lists were built.

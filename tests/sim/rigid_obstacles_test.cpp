@@ -253,6 +253,10 @@ class Walk {
       pose = leaps ? random_.pose(pose.centre, 3, 0.03) : random_.after(pose, 0.05, 0.004);
     for (Vec3& x : sheet_) x += random_.vector(0.001);
   }
+  // Moves the obstacles alone.
+  void move_obstacles() {
+    for (RigidPose& pose : poses_) pose = random_.after(pose, 0.05, 0.01);
+  }
 
  private:
   const Scene& scene_;
@@ -303,6 +307,7 @@ TEST(RigidObstacles, ListsOfPathsAreComplete) {
       Moment start = walk.now();
       walk.step(k % 8 == 7);
       Moment end = walk.now();
+      Walk other_walk = walk;
       ASSERT_FALSE(search.update_path(start.placed(), end.placed()));
       for (const double t : {0.0, 0.3, 0.5, 0.8, 1.0}) {
         Positions between = start.all;
@@ -310,6 +315,14 @@ TEST(RigidObstacles, ListsOfPathsAreComplete) {
           between[i] += t * (end.all[i] - start.all[i]);
         ASSERT_EQ(oracle.missing(search.lists(), between), "") << t;
         in_reach += oracle.in_reach(between).size();
+      }
+      // Paths to the same end from other starts.
+      for (int i = 0; i < 3; ++i) {
+        other_walk.move_obstacles();
+        Moment other = other_walk.now();
+        ASSERT_FALSE(search.update_path(other.placed(), end.placed()));
+        ASSERT_EQ(oracle.missing(search.lists(), other.all), "");
+        in_reach += oracle.in_reach(other.all).size();
       }
       if (k % 5 != 4) continue;
       ASSERT_FALSE(search.update(end.placed()));
