@@ -132,7 +132,9 @@ class ImpulseIntegrator final : public Integrator {
   void move(double length);
   void move_again(double length);
   double obstacle_travel(double end, double farthest) const;
+  bool moves_too_far() const;
   Failure failure(const SphereContact& contact) const;
+  Failure too_far() const;
   void note_contacts(std::span<const SphereContact> contacts);
   // Returns the part of the last step that precedes `time`.
   double share_of_step(double time) const { return (time - start_time_) / (time_ - start_time_); }
@@ -251,9 +253,15 @@ std::optional<Failure> ImpulseIntegrator::step() {
   }
   for (;;) {
     auto failure = try_step(*length);
-    if (!failure) break;
-    // Obstacles that move may leave room on a shorter way.
-    if (!obstacles_move_ || 0.5 * *length < scene_.source.time.minimum_step) return failure;
+    const bool is_thrown = !failure && moves_too_far();
+    if (!failure && !is_thrown) break;
+    if (is_thrown) {
+      displacements_.forget();
+      failure = too_far();
+    }
+    // Obstacles that move may leave room on a shorter way, and spheres are thrown less far.
+    const bool can_help = obstacles_move_ || is_thrown;
+    if (!can_help || 0.5 * *length < scene_.source.time.minimum_step) return failure;
     *length *= 0.5;
     find_accelerations(*length);
     ++counts_.vetoed_steps;
@@ -399,6 +407,26 @@ bool ImpulseIntegrator::fix_overlapping() {
       is_new |= sphere >= 0 && displacements_.fix(sphere);
   }
   return is_new;
+}
+
+// Returns true if impacts and corrections move a sphere farther than largest_move. It could then be
+// on the other side of a thin obstacle, without an overlap at the end of the step.
+bool ImpulseIntegrator::moves_too_far() const {
+  const double largest = largest_move * smallest_radius_ * (1 + 1e-9);
+  for (int i = 0; i < count_; ++i)
+    if ((end_[i] - positions()[i]).squaredNorm() > largest * largest) return true;
+  return false;
+}
+
+Failure ImpulseIntegrator::too_far() const {
+  const auto way = [&](int i) { return (end_[i] - positions()[i]).squaredNorm(); };
+  int farthest = 0;
+  for (int i = 1; i < count_; ++i)
+    if (way(i) > way(farthest)) farthest = i;
+  return {Failure::Kind::surfaces, time_, farthest,
+          "no step from t = " + rounded_text(time_) + " s keeps " +
+              scene_.describe_particle(farthest) +
+              " from being thrown by more than 3/4 of the smallest radius: there is no room"};
 }
 
 Failure ImpulseIntegrator::failure(const SphereContact& contact) const {

@@ -62,9 +62,11 @@ int DisplacementSolver::add_row(const SphereContact& contact) {
 }
 
 // Begins with most of the last step's corrections: where velocities have not converged, contacts
-// lack as much again. The sweeps take back what is too much.
+// lack as much again. The sweeps take back what is too much. Corrections (m/s) of a much shorter
+// step say nothing about this one: they restored gaps in a short time.
 void DisplacementSolver::take_kept() {
-  const double scale = kept_share * length_ / kept_length_;
+  const double growth = length_ / kept_length_;
+  const double scale = kept_share * std::min(growth, 1 / growth);
   const auto key_of = [&](std::size_t row) { return rows_[row].key; };
   match_kept(kept_, rows_.size(), key_of, [&](std::size_t row, const KeptMultiplier& kept) {
     const int place = rows_[row].place, lane = lane_of(place);

@@ -24,6 +24,9 @@ constexpr int most_velocity_sweeps = 25;
 constexpr int last_exact_sweeps = 2;
 constexpr float velocity_relaxation = 1.8F;
 constexpr double small_change_share = 0.1;
+// Impulses of contacts that rest grow with the length of the step, by no more than this factor from
+// one step to the next: in a very short step they also stop what has nothing to do with weights.
+constexpr double most_growth = 2;
 
 // Returns the first time (s) in [0, length] at which gap + speed t + acceleration t^2 / 2 is zero
 // or less, or a negative number if there is none.
@@ -144,7 +147,7 @@ void ImpulseSolver::add_row(const SphereContact& contact, Row& row) {
 
 // Gives rows of contacts that rest the impulses of the last step.
 void ImpulseSolver::take_kept(std::span<const SphereContact> contacts, double length) {
-  const double scale = length / (kept_length_ * unit_mass_);
+  const double scale = std::min(length / kept_length_, most_growth) / unit_mass_;
   const auto key_of = [&](std::size_t row) { return contacts[rows_[row].contact].key(); };
   match_kept(kept_, rows_.size(), key_of, [&](std::size_t index, const KeptImpulse& kept) {
     const Row& row = rows_[index];

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "sim/case/case_reader.h"
 #include "sim/scene/scene.h"
@@ -55,6 +56,109 @@ motion = { velocity = [0, 0, -)" + speed +
     EXPECT_GE(simulation.position("ball")[0].z(), 0.01) << speed;
     EXPECT_NEAR(simulation.time(), (0.0995 - 0.02) / std::stod(speed), 1e-4) << speed;
   }
+}
+
+// Two plates close slowly on a ball. Steps that end just before a frame are a ten-thousandth of
+// those that follow.
+TEST(DrivenParticles, PlatesThatCloseSlowlyThrowNoBallThroughThem) {
+  for (const char* frames : {"30", "100", "240"}) {
+    Simulation simulation = simulate(std::string(R"(
+[time]
+method = "impulses"
+duration = 1.2
+frames_per_second = )") + frames + R"(
+[[particles]]
+name = "ball"
+radius = 0.02
+restitution = 0.3
+positions = { type = "grid", count = [1, 1, 1] }
+[[obstacle]]
+name = "lower"
+position = [0, 0, -0.05]
+shape = { type = "plane", size = [1, 1] }
+motion = { keyframes = [{ time = 0 }, { time = 1, translation = [0, 0, 0.03] }] }
+[[obstacle]]
+name = "upper"
+position = [0, 0, 0.05]
+shape = { type = "plane", size = [1, 1] }
+motion = { keyframes = [{ time = 0 }, { time = 1, translation = [0, 0, -0.03] }] }
+)");
+    const auto failure = simulation.advance(1.2);
+    ASSERT_TRUE(failure) << frames;
+    EXPECT_NE(failure->text.find("there is no room"), std::string::npos) << failure->text;
+    EXPECT_GT(simulation.time(), 0.8) << frames;
+    EXPECT_NEAR(simulation.position("ball")[0].z(), 0, 2e-3) << frames;
+  }
+}
+
+// A ball falls on sixteen balls of a fortieth of its radius. Pressed aside, none of them may pass
+// the floor, which has no thickness.
+TEST(DrivenParticles, AHeavyBallPressesNoSmallOnesThroughTheFloor) {
+  Simulation simulation = simulate(R"(
+[time]
+method = "impulses"
+duration = 0.3
+[[particles]]
+name = "small"
+radius = 0.005
+restitution = 0.3
+friction = 0.3
+positions = { type = "grid", count = [4, 4, 1], centre = [0.0001, 0.0002, 0.005505] }
+[[particles]]
+name = "big"
+radius = 0.2
+restitution = 0.3
+friction = 0.3
+positions = { type = "grid", count = [1, 1, 1], centre = [0, 0, 0.512] }
+[[obstacle]]
+name = "floor"
+shape = { type = "plane", size = [100, 100] }
+)");
+  std::vector<Vec3> before = simulation.position("small");
+  while (simulation.time() < 0.3) {
+    const auto failure = simulation.step();
+    ASSERT_FALSE(failure) << failure->text;
+    for (int i = 0; i < 16; ++i) {
+      const Vec3 now = simulation.position("small")[i];
+      ASSERT_GE(now.z(), 0.005) << i << " at " << simulation.time();
+      ASSERT_LE((now - before[i]).norm(), 0.75 * 0.005 * (1 + 1e-6)) << i;
+      before[i] = now;
+    }
+  }
+}
+
+// A box with a heap moves gently. Its motion has a keyframe a third of a microsecond after a frame,
+// between which there is a step.
+TEST(DrivenParticles, AVeryShortStepKicksNoHeap) {
+  Simulation simulation = simulate(R"(
+[time]
+method = "impulses"
+duration = 1
+[[particles]]
+name = "balls"
+radius = 0.02
+restitution = 0.3
+friction = 0.4
+positions = { type = "grid", count = [4, 4, 9], centre = [0, 0, 0.02], jitter = 0.0015 }
+[[obstacle]]
+name = "box"
+position = [0, 0, 0.05]
+shape = { type = "box", size = [0.22, 0.22, 0.5], resolution = [5, 5, 9] }
+motion = { keyframes = [{ time = 0 }, { time = 0.666667, translation = [0.02, 0, 0] }, { time = 2 }] }
+)");
+  run_until(simulation, 0.6);
+  const double mass = 4.0 / 3 * std::numbers::pi * std::pow(0.02, 3) * 1000;
+  double shortest = 1;
+  while (simulation.time() < 0.75) {
+    const double before = simulation.time();
+    const auto failure = simulation.step();
+    ASSERT_FALSE(failure) << failure->text;
+    shortest = std::min(shortest, simulation.time() - before);
+    double energy = 0;
+    for (const Vec3& v : simulation.velocity("balls")) energy += 0.5 * mass * v.squaredNorm();
+    ASSERT_LT(energy, 0.01) << simulation.time();
+  }
+  EXPECT_LT(shortest, 1e-6);
 }
 
 TEST(DrivenParticles, APloughPushesBallsAside) {
