@@ -58,13 +58,18 @@ struct YieldedOf {
   Real flow = 0;  // delta, 1/m
 };
 
+// A trial value beyond the yield surface by no more than this part of itself counts as elastic. A
+// crease that has just flowed lies on the surface but for rounding. Its slope is then the elastic
+// one, by which small motions to either side are measured, and not that of further flow.
+inline constexpr double yield_rounding = 1e-10;
+
 template <class Real>
 YieldedOf<Real> yielded(const YieldLawOf<Real>& law, const Real& accumulated,
                         const Vec3Of<Real>& trial, const Vec3Of<Real>& trial_moments) {
   const Real squared = dot(trial, trial_moments) * law.compliance;
   const Real size = square_root(larger(squared, 0.0));
   const Real excess = size - law.yield_curvature - law.hardening_slope * accumulated;
-  const auto is_elastic = excess <= 0.0;
+  const auto is_elastic = excess <= yield_rounding * size;
   const Real divisor = choose(is_elastic, 1.0, size);
   YieldedOf<Real> result;
   result.flow = choose(is_elastic, 0.0, excess / (1.0 + law.hardening_slope));

@@ -55,6 +55,47 @@ TEST(SquarePlate, ConvergesWithOrderFour) {
   EXPECT_GT(error[0] / error[1], 12);
 }
 
+// Small vibrations of bending that has yielded are elastic: the frequencies under the load that
+// bent the strip are those after it has lost a thousandth.
+TEST(YieldedStrip, HasTheFrequenciesOfItsElasticBending) {
+  const auto frequencies_at = [](const std::string& duration) {
+    const Case source = parse_case(R"(
+[time]
+method = "static"
+frames_per_second = 10
+[static]
+loading = "in_time"
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.metal]
+density = 0.5
+membrane_stiffness = 2000
+bending_stiffness = 1e-3
+yield_curvature = 6
+hardening = 0.3
+[[body]]
+name = "strip"
+shape = { type = "rectangle", size = [0.2, 0.05], resolution = [17, 5] }
+[[body.pin]]
+edges = ["first_row"]
+clamp = true
+[[load]]
+body = "strip"
+type = "area"
+force = { times = [0, 1, 2], values = [[0, 0, 0], [0, 0, -4.9], [0, 0, -4.895]] }
+)",
+                                   "strip.toml", {"time.duration=" + duration});
+    return modes_of(source, 4).modes;
+  };
+  const auto bent = frequencies_at("1"), unloaded = frequencies_at("2");
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_NEAR(bent[i].angular_frequency(), unloaded[i].angular_frequency(),
+                1e-3 * unloaded[i].angular_frequency());
+  }
+}
+
 // Out of its plane, a membrane of triangles is the lattice of five points with lumped masses.
 double lattice_frequency(int m, int n) {
   constexpr int cells = 32;
