@@ -7,6 +7,7 @@
 
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
+#include "sim/modes/case_equilibrium.h"
 #include "sim/modes/largest_eigenpairs.h"
 #include "sim/modes/mode_shape.h"
 #include "sim/motion/dynamics.h"
@@ -148,6 +149,7 @@ bool is_zero(const LoadCase& load) {
 }  // namespace
 
 void require_load(const Case& source) {
+  refuse_particles(source);
   if (source.equilibria.scale_gravity && !source.world.gravity.is_zero()) return;
   if (!std::ranges::all_of(source.load, is_zero)) return;
   const bool is_empty = source.load.empty();

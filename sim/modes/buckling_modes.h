@@ -14,7 +14,7 @@ class Dynamics;
 struct Case;
 
 // Throws CaseError, placed at the first load or body, if the case has no load to scale: neither a
-// nonzero [[load]], nor nonzero gravity with static.scale_gravity.
+// nonzero [[load]], nor nonzero gravity with static.scale_gravity. Also throws it for particles.
 void require_load(const Case& source);
 
 struct BucklingMode {

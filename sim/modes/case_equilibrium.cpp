@@ -48,10 +48,7 @@ bool changes(const Case& source) {
 
 // Returns the case with the options of a search for its equilibrium at time.duration.
 Case equilibrium_case(Case source, const EquilibriumOptions& options) {
-  if (!source.particles.empty()) {
-    throw CaseError(source.particles.front().location, "particles have no part in modes",
-                    "expected a case of bodies");
-  }
+  refuse_particles(source);
   refuse_timed_pins(source);
   for (TieCase& tie : source.tie) tie.break_force.reset();
   const bool finds_equilibria = traits_of(source.time.method).finds_equilibria();
@@ -113,6 +110,12 @@ double size_of(const Scene& scene) {
 }
 
 }  // namespace
+
+void refuse_particles(const Case& source) {
+  if (source.particles.empty()) return;
+  throw CaseError(source.particles.front().location, "particles have no part in modes",
+                  "expected a case of bodies");
+}
 
 CaseEquilibrium::CaseEquilibrium(const Case& source, EquilibriumOptions options)
     : options_(std::move(options)),

@@ -13,6 +13,9 @@ namespace weft::sim {
 
 struct Case;
 
+// Throws CaseError, placed at the first group of particles, if the case has any.
+void refuse_particles(const Case& source);
+
 // Options of CaseEquilibrium.
 struct EquilibriumOptions {
   // Uses the shape at t = 0 under the loads of that time, without a search for an equilibrium.

@@ -145,6 +145,10 @@ TEST_F(CommandModes, RefusesWhatItCannotDo) {
                  "\"nan\" is not a load factor");
   expect_refused(run("buckling", "plate_modes_ssss", {"-o", "out"}), exit_code::bad_case,
                  "plate_modes_ssss.toml:16:1: nothing loads the case");
+  for (const char* command : {"modes", "buckling"}) {
+    expect_refused(weft({command, benchmark("particles_torus_10000"), "-o", "out"}),
+                   exit_code::bad_case, "particles have no part in modes");
+  }
 }
 
 // A free plate under its weight has no equilibrium (see below). Its start shape has modes: those
