@@ -474,7 +474,8 @@ struct Case {
   std::vector<SeamCase> seam;             // [[seam]]
   std::vector<OutputExpression> outputs;  // [outputs], in the order of the file
 
-  std::string path;  // path of the case file; base of relative paths
+  std::string path;                   // path of the case file; base of relative paths
+  std::vector<std::string> included;  // paths of the files merged into it
   // The case as TOML, with all overrides and with the defaults of all keys that apply
   // (case_text()). Trajectories store it. Once time.accuracy has chosen a method and its tolerance
   // or step, the text has these in place of time.accuracy.

@@ -92,6 +92,7 @@ class Merger {
       merge_file(include, folder);
     }
   }
+  const std::vector<std::string>& merged() const { return merged_; }
 
  private:
   struct File {
@@ -111,6 +112,7 @@ class Merger {
     toml::table tree = parse_toml(text.text, path);
     refuse_other_keys(tree);
     const fs::path inner = folder / fs::path(include.path).parent_path();
+    merged_.push_back(path);
     merge_materials(tree);
     merge_obstacles(tree, inner);
     chain_.push_back(std::move(file));
@@ -175,14 +177,17 @@ class Merger {
   }
 
   toml::table& root_;
-  std::vector<File> chain_;     // from the case file to the file being merged
-  std::set<std::string> seen_;  // identities of all files reached so far
+  std::vector<File> chain_;          // from the case file to the file being merged
+  std::set<std::string> seen_;       // identities of all files reached so far
+  std::vector<std::string> merged_;  // paths of all files merged so far
 };
 
 }  // namespace
 
-void merge_includes(toml::table& root, const std::string& path) {
-  Merger(root, path).merge_includes_of(root, {});
+std::vector<std::string> merge_includes(toml::table& root, const std::string& path) {
+  Merger merger(root, path);
+  merger.merge_includes_of(root, {});
+  return merger.merged();
 }
 
 }  // namespace weft::sim

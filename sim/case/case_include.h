@@ -4,12 +4,13 @@
 #include <toml++/toml.h>
 
 #include <string>
+#include <vector>
 
 namespace weft::sim {
 
 // Merges all files that the case file `path` includes, directly or through other files, into its
-// tree `root`. Removes the [[include]] tables from `root`. A file that is included twice is merged
-// once.
+// tree `root`, and returns their paths. Removes the [[include]] tables from `root`. A file that is
+// included twice is merged once.
 //
 // An included file may hold [material.NAME], [[obstacle]] and [[include]]. Its obstacles come after
 // those of the file that includes it, and before those of files that it is the first to include.
@@ -19,6 +20,6 @@ namespace weft::sim {
 // Throws CaseError for a file that cannot be read or parsed, for a key that an included file may
 // not hold, and for a material that two files define. Also throws it for files that include each
 // other in a circle, and for chains of more than 32 files, including the case file.
-void merge_includes(toml::table& root, const std::string& path);
+std::vector<std::string> merge_includes(toml::table& root, const std::string& path);
 
 }  // namespace weft::sim

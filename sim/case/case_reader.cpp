@@ -41,15 +41,17 @@ bool changes_includes(const std::string& key) {
   return key.starts_with("include.") || key == "include";
 }
 
-// A tree with its overrides, and whether the key of the last one takes whole numbers only.
+// A tree with its overrides and included files, and whether the key of the last override takes
+// whole numbers only.
 struct OverriddenTree {
   toml::table root;
+  std::vector<std::string> included;  // paths
   bool last_is_whole = false;
 };
 
 OverriddenTree tree_with_overrides(const std::string& text, const std::string& path,
                                    std::span<const CaseOverride> overrides) {
-  OverriddenTree tree{parse_toml(text, path)};
+  OverriddenTree tree{parse_toml(text, path), {}};
   const auto apply_those = [&](const auto& condition) {
     for (const CaseOverride& each : overrides) {
       if (!condition(each.key)) continue;
@@ -59,7 +61,7 @@ OverriddenTree tree_with_overrides(const std::string& text, const std::string& p
   };
   // Overrides of `include` choose the included files, so they precede the merge.
   apply_those(changes_includes);
-  merge_includes(tree.root, path);
+  tree.included = merge_includes(tree.root, path);
   // Overrides that choose presets come next. The other overrides may then change values of a
   // preset.
   apply_those(changes_presets);
@@ -90,11 +92,12 @@ Case parse_case(const std::string& text, const std::string& path,
 
 Case parse_case(const std::string& text, const std::string& path,
                 std::span<const CaseOverride> overrides) {
-  const toml::table root = tree_with_overrides(text, path, overrides).root;
+  OverriddenTree tree = tree_with_overrides(text, path, overrides);
   Case result;
   result.path = path;
+  result.included = std::move(tree.included);
   Locations locations(path);
-  read_table(root, describe(result), "", locations);
+  read_table(tree.root, describe(result), "", locations);
   for (OutputExpression& output : result.outputs)
     output.text = located_text(output.text.text, output.text.location, text);
   choose_materials(result, locations);

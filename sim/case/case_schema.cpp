@@ -540,7 +540,7 @@ Table describe(ObstacleCase& target) {
 
 Table describe(Case& target) {
   auto& [title, time, equilibria, world, contact, output, compute, restart, include, material, body,
-         obstacle, particles, tie, load, seam, outputs, path, resolved, method_given,
+         obstacle, particles, tie, load, seam, outputs, path, included, resolved, method_given,
          method_location, accuracy_location, choice] = target;
   return {{
       field("title", &title, "Short description of the case."),

@@ -29,6 +29,7 @@ void refuse_input_file(const std::string& path, const Case& source, const std::s
                     "expected the name of a new file");
   };
   refuse(source.path);
+  for (const std::string& file : source.included) refuse(file);
   const auto folder = std::filesystem::path(source.path).parent_path();
   Case copy = source;
   for_each_input_file(copy, [&](const std::string& file) { refuse(folder / file); });

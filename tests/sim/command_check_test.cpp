@@ -138,6 +138,15 @@ TEST_F(CommandCheck, PictureShowsTheIntersections) {
   EXPECT_TRUE(holds(own.err, "the case reads this file, which --picture never changes")) << own.err;
   EXPECT_EQ(read_bytes(path("crossed.toml")), crossed_sheets);
   EXPECT_EQ(weft({"check", "crossed.toml", "--picture", "crossed.png"}).code, exit_code::bad_case);
+  std::filesystem::create_directory(path("parts"));
+  const std::string wool = "[material.wool]\n";
+  write("parts/wool.toml", wool);
+  write("wool.toml", std::string(crossed_sheets) + "[[include]]\npath = \"parts/wool.toml\"\n");
+  const Result part = weft({"check", "wool.toml", "--picture", "parts/wool.toml", "--force"});
+  EXPECT_EQ(part.code, exit_code::bad_case);
+  EXPECT_TRUE(holds(part.err, "the case reads this file, which --picture never changes"))
+      << part.err;
+  EXPECT_EQ(read_bytes(path("parts/wool.toml")), wool);
 }
 #endif
 
