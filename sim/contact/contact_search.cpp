@@ -27,10 +27,6 @@ constexpr double short_path = 0.125;
 // selected more often; with more, there are more of them.
 constexpr double part_for_candidates = 0.0625;
 
-// Part of the slack that a list gets whose features a single step has carried farther than `leap`
-// times the slack. With more, it would not last longer either.
-constexpr double part_for_leaps = 0.125, leap = 2;
-
 // Room, as a part of the slack, that adjacent quads need for lists to leave them out. With less,
 // quads that fold have their pairs found again and again. Larger rooms are measured up to the
 // second number. They last longer, but their pairs take longer to measure.
@@ -272,7 +268,9 @@ void ContactSearch::refresh() {
   find_near_lists();
   measure();
   if (find_expired()) {
-    renew();
+    do {
+      renew();
+    } while (find_torn());
     build_lists();
     motion_.forget_renewed();
   }
@@ -332,24 +330,26 @@ bool ContactSearch::find_expired() {
     ListState& state = states_[l];
     if (!state.near) continue;
     const bool has_folds = list.is_self() && find_folds(list);
-    const double moved = drift(list);
-    if (!has_folds && !state.whole && moved <= list_slack(l)) continue;
-    if (!state.whole && are_apart(list, reach(l))) {
+    if (!has_folds && !state.whole && drift(list) <= list_slack(l)) continue;
+    const double needed = list.thickness + range_ + stray(list);
+    if (!state.whole && are_apart(list, std::max(needed, reach(l)))) {
       clear(l);
       continue;
     }
-    // Half of the slack is left for strays that grow. Room for strays of the past is given up when
-    // it exceeds the slack.
-    const double now = stray(list);
-    if (now > state.stray + 0.5 * state.slack || now < state.stray - state.slack) {
-      state.whole = true;
-      state.stray = now;
-    }
-    const bool leaps = moved > leap * slack_ && std::isfinite(moved);
-    const double slack = (leaps ? part_for_leaps : 1) * slack_;
-    if (slack > state.slack) state.whole = true;
-    state.slack = slack;
-    ask_for_renewal(list, state.slack);
+    ask_for_renewal(l);
+    any = true;
+  }
+  return any;
+}
+
+// Finds the lists of bodies of which one has been recorded anew and the other one not, although
+// both had moved far together, and asks for new records of both. Returns false if there are none. A
+// body is asked for until no point is left that has moved by its limit, so this ends.
+bool ContactSearch::find_torn() {
+  bool any = false;
+  for (std::size_t l = 0; l < lists_.size(); ++l) {
+    if (!states_[l].near || drift(lists_[l]) <= list_slack(l)) continue;
+    ask_for_renewal(l);
     any = true;
   }
   return any;
@@ -370,9 +370,18 @@ bool ContactSearch::find_folds(const CandidateList& list) {
 
 // Asks for new records of the points that have used up a fifth of their share of the slack. With a
 // larger part, fewer points are recorded at a time, but more often.
-void ContactSearch::ask_for_renewal(const CandidateList& list, double slack) {
+void ContactSearch::ask_for_renewal(std::size_t l) {
+  const CandidateList& list = lists_[l];
+  ListState& state = states_[l];
+  // Half of the slack is left for strays that grow. Room for strays of the past is given up when it
+  // exceeds the slack.
+  const double now = stray(list);
+  if (now > state.stray + 0.5 * slack_ || now < state.stray - slack_) {
+    state.whole = true;
+    state.stray = now;
+  }
   const bool both_move = list.is_self() || scene_.bodies[list.body_b].moves;
-  const double limit = (both_move ? 0.1 : 0.2) * slack;
+  const double limit = (both_move ? 0.1 : 0.2) * slack_;
   if (list.is_self()) {
     renewals_[list.body_a].own_limit = limit;
     return;
@@ -385,6 +394,7 @@ void ContactSearch::ask_for_renewal(const CandidateList& list, double slack) {
 
 // Records the points that have moved too far, and finds the lists that must be built.
 void ContactSearch::renew() {
+  building_.clear();
   for (const int b : near_bodies_) {
     const Renewal& renewal = renewals_[b];
     if (std::isfinite(renewal.placed_limit)) {

@@ -177,7 +177,6 @@ class ContactSearch {
     bool near = false;   // false if the list is empty because the boxes of the bodies are far apart
     bool whole = false;  // true if all its pairs must be looked for
     double stray = 0;    // m, sum of the strays of both bodies for which `pairs` is complete
-    double slack = 0;    // m, by which `pairs` reaches farther than candidates, without the strays
     double selected_stray = 0;  // m, the same for the candidates
     FeaturePairs pairs;         // the pairs that are near in the snapshot
     // feature_starts() of each list of `pairs`, in the order of for_each_with()
@@ -208,7 +207,8 @@ class ContactSearch {
   void measure();
   bool find_expired();
   bool find_folds(const CandidateList& list);
-  void ask_for_renewal(const CandidateList& list, double slack);
+  bool find_torn();
+  void ask_for_renewal(std::size_t list);
   void renew();
   void clear(std::size_t list);
   double drift_since_choice(const CandidateList& list) const;
@@ -225,7 +225,7 @@ class ContactSearch {
   double range_of_vertices(const CandidateList& list, int body) const;
   // list_slack() and reach() return the distances (m) in the snapshot up to which a list contains
   // neighbours at rest and other pairs.
-  double list_slack(std::size_t list) const { return states_[list].slack + states_[list].stray; }
+  double list_slack(std::size_t list) const { return slack_ + states_[list].stray; }
   double reach(std::size_t list) const {
     return lists_[list].thickness + range_ + list_slack(list);
   }

@@ -360,6 +360,29 @@ TEST(ContactOracle, ListsOfThreeBodiesAreCompleteWhenOneOfThemComes) {
   EXPECT_GT(coming.update(plates(*coming.scene, 0.7, near - 0.3 * slack)), 0U);
 }
 
+// All three plates move together, farther than the slack, which costs no list anything. The upper
+// one then comes nearer, and its list with the middle one is built again. The lower one, which has
+// moved as far, is recorded with it.
+TEST(ContactOracle, ListsOfThreeBodiesAreCompleteWhereTheyMoveTogether) {
+  Searched moving(three_plates);
+  const auto at = [&](double way, double upper) {
+    Positions positions = plates(*moving.scene, upper, reach + 0.1 * slack);
+    for (Vec3& x : positions) x.z() += way;
+    return positions;
+  };
+  moving.update(at(0, reach + 0.9 * slack));
+  const auto before = moving.statistics.counters.pair_traversals;
+  moving.update(at(0.5, reach + 0.9 * slack));
+  EXPECT_EQ(moving.statistics.counters.pair_traversals, before);
+  EXPECT_GT(moving.update(at(0.5, reach - 0.3 * slack)), 0U);
+  Positions nearer = at(0.5, reach - 0.3 * slack);
+  const SceneBody& lower = moving.scene->bodies[2];
+  for (int i = 0; i < lower.particle_count(); ++i)
+    nearer[lower.first_particle + i].z() += 0.2 * slack;
+  const std::size_t of_two = moving.oracle.in_reach(at(0.5, reach - 0.3 * slack)).size();
+  EXPECT_GT(moving.update(nearer), of_two);
+}
+
 TEST(ContactOracle, TheSmallestGapIsThatOfAllPairs) {
   const auto scene = scene_of(one_sheet);
   const ContactOracle oracle(*scene);
