@@ -75,8 +75,8 @@ std::optional<ContactFault> SurfaceContact::find_meetings(const PlacedPoints& st
     place_nodes(group, start, end);
     statistics_.counters.narrow_phase_calls += static_cast<std::int64_t>(group.nodes.size());
     statistics_.counters.ccd_calls += static_cast<std::int64_t>(group.nodes.size());
-    const double range = range_of(group), kept = path_distance(group);
-    double largest = kept;
+    const double range = range_of(group), half = 0.5 * group.thickness;
+    double largest = half;
     if (!stray.body.empty()) largest += stray.body[group.body_a] + stray.body[group.body_b];
     std::vector<int> unproved;
     bsi::find_unproved_paths(group.kind(), start.position(), end.position(), group.nodes, largest,
@@ -84,7 +84,7 @@ std::optional<ContactFault> SurfaceContact::find_meetings(const PlacedPoints& st
     for (const int i : unproved) {
       const Pair pair = group.pair(i);
       if (const auto meeting =
-              meeting_of(pair, range, kept + (stray.body.empty() ? 0 : stray_of(pair, stray)),
+              meeting_of(pair, range, half + (stray.body.empty() ? 0 : stray_of(pair, stray)),
                          start.position(), end.position()))
         meetings.push_back(*meeting);
     }
