@@ -132,9 +132,8 @@ class ImpulseIntegrator final : public Integrator {
   void move(double length);
   void move_again(double length);
   double obstacle_travel(double end, double farthest) const;
-  bool moves_too_far() const;
+  std::optional<Failure> thrown_sphere() const;
   Failure failure(const SphereContact& contact) const;
-  Failure too_far() const;
   void note_contacts(std::span<const SphereContact> contacts);
   // Returns the part of the last step that precedes `time`.
   double share_of_step(double time) const { return (time - start_time_) / (time_ - start_time_); }
@@ -253,11 +252,12 @@ std::optional<Failure> ImpulseIntegrator::step() {
   }
   for (;;) {
     auto failure = try_step(*length);
-    const bool is_thrown = !failure && moves_too_far();
-    if (!failure && !is_thrown) break;
-    if (is_thrown) {
+    bool is_thrown = false;
+    if (!failure) {
+      failure = thrown_sphere();
+      if (!failure) break;
+      is_thrown = true;
       displacements_.forget();
-      failure = too_far();
     }
     // Obstacles that move may leave room on a shorter way, and spheres are thrown less far.
     const bool can_help = obstacles_move_ || is_thrown;
@@ -409,24 +409,23 @@ bool ImpulseIntegrator::fix_overlapping() {
   return is_new;
 }
 
-// Returns true if impacts and corrections move a sphere farther than largest_move. It could then be
-// on the other side of a thin obstacle, without an overlap at the end of the step.
-bool ImpulseIntegrator::moves_too_far() const {
-  const double largest = largest_move * smallest_radius_ * (1 + 1e-9);
-  for (int i = 0; i < count_; ++i)
-    if ((end_[i] - positions()[i]).squaredNorm() > largest * largest) return true;
-  return false;
-}
-
-Failure ImpulseIntegrator::too_far() const {
-  const auto way = [&](int i) { return (end_[i] - positions()[i]).squaredNorm(); };
-  int farthest = 0;
-  for (int i = 1; i < count_; ++i)
-    if (way(i) > way(farthest)) farthest = i;
-  return {Failure::Kind::surfaces, time_, farthest,
-          "no step from t = " + rounded_text(time_) + " s keeps " +
-              scene_.describe_particle(farthest) +
-              " from being thrown by more than 3/4 of the smallest radius: there is no room"};
+// Fails if impacts and corrections move a sphere farther than largest_move. It could then be on the
+// other side of a thin obstacle, without an overlap at the end of the step.
+std::optional<Failure> ImpulseIntegrator::thrown_sphere() const {
+  double farthest = 0;
+  int thrown = 0;
+  for (int i = 0; i < count_; ++i) {
+    const double way = (end_[i] - positions()[i]).squaredNorm();
+    if (!(way > farthest)) continue;
+    farthest = way;
+    thrown = i;
+  }
+  if (std::sqrt(farthest) <= largest_move * smallest_radius_ * (1 + 1e-9)) return std::nullopt;
+  return Failure{Failure::Kind::surfaces, time_, thrown,
+                 "no step from t = " + rounded_text(time_) + " s keeps " +
+                     scene_.describe_particle(thrown) +
+                     " from being thrown by more than 3/4 of the smallest radius: there is no "
+                     "room"};
 }
 
 Failure ImpulseIntegrator::failure(const SphereContact& contact) const {
