@@ -19,6 +19,13 @@ constexpr float displacement_relaxation = 1.5F;
 // Fraction of the last step's corrections that a step begins with.
 constexpr double kept_share = 0.8;
 
+// Takes an energy per mass (m^2/s^2) from the motion along a unit vector relative to `drive`.
+void slow_down(const Vec3& direction, const Vec3& drive, double energy, Vec3& velocity) {
+  const double speed = direction.dot(velocity - drive);
+  const double left = std::sqrt(std::max(0.0, speed * speed - 2 * energy));
+  velocity += (std::copysign(left, speed) - speed) * direction;
+}
+
 }  // namespace
 
 double DisplacementSolver::rest_gap_of(const SphereContact& contact) const {
@@ -36,6 +43,8 @@ void DisplacementSolver::start(std::span<const SphereContact> contacts, double l
   for (std::size_t i = 0; i < mean.size(); ++i)
     corrections_[i].mobility = static_cast<float>(inverse_mass_[i]);
   rows_.clear();
+  supports_.clear();
+  fixed_.clear();
   for (const SphereContact& contact : contacts) rows_.push_back({contact.key(), add_row(contact)});
   take_kept();
 }
@@ -58,6 +67,7 @@ int DisplacementSolver::add_row(const SphereContact& contact) {
   set_lane(rows.normal, lane, contact.normal);
   rows.least.values[lane] = static_cast<float>(least);
   rows.small.values[lane] = static_cast<float>(small_lack * rest / length_);
+  if (contact.other < 0) supports_.push_back({place, contact.normal, contact.drive});
   return place;
 }
 
@@ -98,9 +108,28 @@ bool DisplacementSolver::fix(int sphere) {
   Correction& fixed = corrections_[sphere];
   if (fixed.mobility == 0) return false;
   fixed.mobility = 0;
+  fixed_.push_back(sphere);
   for (int k = 0; k < 3; ++k) fixed.mean[k] = static_cast<float>(-mean_[sphere][k]);
   batches_.touch(sphere);
   return true;
+}
+
+void DisplacementSolver::remove_gained_energy(std::span<const Vec3> acceleration,
+                                              std::span<Vec3> velocity) const {
+  for (const Support& support : supports_) {
+    const int batch = batch_of(support.place), lane = lane_of(support.place);
+    const int sphere = batches_.spheres_of(batch)[lane];
+    const double way =
+        length_ * corrections_[sphere].mobility * lanes_[batch].multiplier.values[lane];
+    const double gain = -way * support.normal.dot(acceleration[sphere]);  // per mass
+    if (gain > 0) slow_down(support.normal, support.drive, gain, velocity[sphere]);
+  }
+  for (const int sphere : fixed_) {
+    const double way = length_ * mean_[sphere].norm();
+    const Vec3 direction = mean_[sphere].normalized();
+    const double gain = way * direction.dot(acceleration[sphere]);
+    if (gain > 0) slow_down(direction, Vec3::Zero(), gain, velocity[sphere]);
+  }
 }
 
 // Returns the lanes in which the displacements have changed by an amount that matters.

@@ -37,6 +37,13 @@ class DisplacementSolver {
   bool fix(int sphere);
   // Sweeps until no gap lacks more than a share of the rest gap, or until a number of sweeps.
   void correct();
+  // Takes from velocities (m/s) what corrections have added to the energy in a field of these
+  // accelerations (m/s^2). Lists are by sphere. A sphere that an obstacle has moved against the
+  // field loses as much energy of its motion along the normal of the contact, relative to the
+  // obstacle; one that stays where it is loses it of its motion along the way that it did not go.
+  // Neither turns round, and what a slow sphere lacks is not taken. Corrections between spheres
+  // move their centre of mass by nothing, and change no energy in a uniform field.
+  void remove_gained_energy(std::span<const Vec3> acceleration, std::span<Vec3> velocity) const;
   // Keeps the corrections of the contacts given to start() for the next step.
   void keep();
   // Forgets the corrections of the last step.
@@ -74,6 +81,12 @@ class DisplacementSolver {
     int place;  // in the batches
   };
 
+  // A contact with an obstacle.
+  struct Support {
+    int place;  // in the batches
+    Vec3 normal, drive;
+  };
+
   double rest_gap_of(const SphereContact& contact) const;
   int add_row(const SphereContact& contact);
   void take_kept();
@@ -86,6 +99,8 @@ class DisplacementSolver {
   RowBatches batches_;
   std::vector<LaneRows> lanes_;  // by batch
   std::vector<Row> rows_;
+  std::vector<Support> supports_;
+  std::vector<int> fixed_;  // spheres that stay where they are
   std::vector<KeptMultiplier> kept_;
   double kept_length_ = 0;  // s, length of the step of kept_
 };

@@ -27,6 +27,13 @@ constexpr double small_change_share = 0.1;
 // Impulses of contacts that rest grow with the length of the step, by no more than this factor from
 // one step to the next: in a very short step they also stop what has nothing to do with weights.
 constexpr double most_growth = 2;
+// Sweeps that take the restitution from spheres whose impulses do work end once the impulses do
+// none and no relative speed changes by more than a share of the largest rebound. The latter is
+// given up after the first number of sweeps, the former after the second.
+constexpr int usual_settling_sweeps = 25, most_settling_sweeps = 400;
+constexpr double settled_share = 1e-3;
+// Work of impulses that add up to nothing in exact numbers, as a fraction of their sizes.
+constexpr double rounding_share = 1e-9;
 
 // Returns the first time (s) in [0, length] at which gap + speed t + acceleration t^2 / 2 is zero
 // or less, or a negative number if there is none.
@@ -39,6 +46,15 @@ double closing_time(double gap, double speed, double acceleration, double length
   if (denominator <= 0) return -1;
   const double time = 2 * gap / denominator;
   return time <= length ? time : -1;
+}
+
+// Returns the largest share in [0, 1] at which constant + linear s + square s^2 is not positive; 0
+// if the constant is. Precondition: square >= 0.
+double largest_share(double constant, double linear, double square) {
+  if (constant >= 0) return 0;
+  if (constant + linear + square <= 0) return 1;
+  // This form of the positive root does not cancel.
+  return -2 * constant / (linear + std::sqrt(linear * linear - 4 * square * constant));
 }
 
 }  // namespace
@@ -83,8 +99,8 @@ bool ImpulseSolver::set_target(const SphereContact& contact, const ImpulseStep& 
   row.is_impact = impact_speed > step.resting_speed;
   row.impact_time = time;
   const double rebound = contact.restitution * impact_speed;
-  const bool parts = row.is_impact && rebound > step.resting_speed;
-  row.target = parts ? rebound + acceleration * (step.length - time) : 0;
+  row.parts = row.is_impact && rebound > step.resting_speed;
+  row.target = row.parts ? rebound + acceleration * (step.length - time) : 0;
   return true;
 }
 
@@ -255,19 +271,149 @@ void ImpulseSolver::take_impulses(std::span<const SphereContact> contacts) {
   }
 }
 
-// Solves the rows once more in double precision, one after the other: a contact that meets no other
-// one then has the impulse of Newton's law to its last digits.
-void ImpulseSolver::refine(std::span<const SphereContact> contacts) {
-  for (Row& row : rows_) {
+// Solves a row in double precision. Returns the change of the relative velocity (m/s) that its
+// impulse makes.
+double ImpulseSolver::solve_exactly(const SphereContact& contact, double target, Row& row) {
+  const Vec3 velocity = velocity_at(contact);
+  const double speed = velocity.dot(contact.normal), before = row.impulse;
+  row.impulse = std::max(0.0, before + row.normal_mass * (target - speed));
+  const Vec3 old = row.tangential;
+  row.tangential -= row.tangential_mass * (velocity - speed * contact.normal);
+  const double limit = contact.friction * row.impulse, size = row.tangential.norm();
+  if (size > limit) row.tangential *= limit / size;
+  push(contact, row.impulse - before, row.tangential - old);
+  return std::max(std::abs(row.impulse - before) / row.normal_mass,
+                  (row.tangential - old).norm() / row.tangential_mass);
+}
+
+// Notes how contacts move without impulses, if the energy of any may grow. Impulses that do not
+// belong to an impact act evenly over the step, at its middle on average.
+void ImpulseSolver::find_free_motions(std::span<const SphereContact> contacts,
+                                      const ImpulseStep& step) {
+  free_motions_.clear();
+  if (std::ranges::none_of(rows_, &Row::parts)) return;
+  for (const Row& row : rows_) {
     const SphereContact& contact = contacts[row.contact];
-    const Vec3 velocity = velocity_at(contact);
-    const double speed = velocity.dot(contact.normal), before = row.impulse;
-    row.impulse = std::max(0.0, before + row.normal_mass * (row.target - speed));
-    const Vec3 old = row.tangential;
-    row.tangential -= row.tangential_mass * (velocity - speed * contact.normal);
-    const double limit = contact.friction * row.impulse, size = row.tangential.norm();
-    if (size > limit) row.tangential *= limit / size;
-    push(contact, row.impulse - before, row.tangential - old);
+    Vec3 acceleration = step.acceleration[contact.sphere];
+    if (contact.other >= 0) acceleration -= step.acceleration[contact.other];
+    const double time = row.is_impact ? row.impact_time : 0.5 * step.length;
+    const Vec3 at_end = velocity_at(contact);
+    free_motions_.push_back({at_end, at_end - (step.length - time) * acceleration});
+  }
+}
+
+// Returns the work (J) of the impulse of a row, relative to obstacles. The sum over all rows is
+// what impulses add to the energy of the spheres, that of their weight included: an impulse P at
+// the time t of a step of length h adds P . (v + V) / 2 to the kinetic energy, with the velocities
+// v without and V with all impulses at the end, and moves the sphere by P (h - t) / m.
+double ImpulseSolver::work_of(std::span<const SphereContact> contacts, int row) const {
+  const SphereContact& contact = contacts[rows_[row].contact];
+  const Vec3 impulse = rows_[row].impulse * contact.normal + rows_[row].tangential;
+  const FreeMotion& free = free_motions_[row];
+  return impulse.dot(free.at_impulse + 0.5 * (velocity_at(contact) - free.at_end));
+}
+
+// Returns the rows of the islands of spheres whose impulses do work, island by island. Spheres of
+// an island are connected by rows, whether these have an impulse or not.
+std::vector<int> ImpulseSolver::rows_with_gains(std::span<const SphereContact> contacts) {
+  islands_.clear(static_cast<int>(velocity_.size()));
+  for (const Row& row : rows_) {
+    const SphereContact& contact = contacts[row.contact];
+    if (contact.other >= 0) islands_.connect(contact.sphere, contact.other);
+  }
+  struct Island {
+    double work = 0, size = 0;
+    bool parts = false;
+  };
+  std::vector<Island> islands(velocity_.size());
+  const auto island_of = [&](int row) {
+    return islands_.island_of(contacts[rows_[row].contact].sphere);
+  };
+  const auto row_count = static_cast<int>(rows_.size());
+  for (int r = 0; r < row_count; ++r) {
+    Island& island = islands[island_of(r)];
+    const double work = work_of(contacts, r);
+    island.work += work;
+    island.size += std::abs(work);
+    island.parts = island.parts || rows_[r].parts;
+  }
+  std::vector<int> rows;
+  for (int r = 0; r < row_count; ++r) {
+    const Island& island = islands[island_of(r)];
+    if (island.parts && island.work > rounding_share * island.size) rows.push_back(r);
+  }
+  std::ranges::stable_sort(rows, {}, island_of);
+  return rows;
+}
+
+double ImpulseSolver::work_of(std::span<const SphereContact> contacts,
+                              std::span<const int> rows) const {
+  double sum = 0;
+  for (const int r : rows) sum += work_of(contacts, r);
+  return sum;
+}
+
+// Solves for the impulses without restitution. Returns their work (J).
+double ImpulseSolver::settle(std::span<const SphereContact> contacts, std::span<const int> rows) {
+  double largest = 0;
+  for (const int r : rows) largest = std::max(largest, std::abs(rows_[r].target));
+  for (int sweep = 1;; ++sweep) {
+    double change = 0;
+    for (const int r : rows) {
+      const double target = rows_[r].parts ? 0 : rows_[r].target;
+      change = std::max(change, solve_exactly(contacts[rows_[r].contact], target, rows_[r]));
+    }
+    if (change > settled_share * largest && sweep % usual_settling_sweeps != 0) continue;
+    const double work = work_of(contacts, rows);
+    if (work < 0 || sweep >= most_settling_sweeps) return work;
+  }
+}
+
+// Limits the energy of an island. Without restitution its impulses do no work. That of impulses in
+// between is a quadratic function of the share of restitution, and the share is the largest one
+// for which it is not positive.
+void ImpulseSolver::limit_energy(std::span<const SphereContact> contacts,
+                                 std::span<const int> rows) {
+  struct Before {
+    double impulse;
+    Vec3 tangential, velocity;
+  };
+  std::vector<Before> before;
+  for (const int r : rows) {
+    const Row& row = rows_[r];
+    before.push_back({row.impulse, row.tangential, velocity_at(contacts[row.contact])});
+  }
+  const double with = work_of(contacts, rows), without = settle(contacts, rows);
+  double square = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Row& row = rows_[rows[i]];
+    const SphereContact& contact = contacts[row.contact];
+    const Vec3 impulse = (before[i].impulse - row.impulse) * contact.normal +
+                         (before[i].tangential - row.tangential);
+    square += 0.5 * impulse.dot(before[i].velocity - velocity_at(contact));
+  }
+  const double share = largest_share(without, with - without - square, square);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    Row& row = rows_[rows[i]];
+    const double along_normal = share * (before[i].impulse - row.impulse);
+    const Vec3 tangential = share * (before[i].tangential - row.tangential);
+    row.impulse += along_normal;
+    row.tangential += tangential;
+    push(contacts[row.contact], along_normal, tangential);
+  }
+}
+
+void ImpulseSolver::limit_energy(std::span<const SphereContact> contacts) {
+  if (free_motions_.empty()) return;
+  const std::vector<int> rows = rows_with_gains(contacts);
+  const auto island_of = [&](int row) {
+    return islands_.island_of(contacts[rows_[row].contact].sphere);
+  };
+  for (auto first = rows.begin(); first != rows.end();) {
+    const auto last = std::find_if(first, rows.end(),
+                                   [&](int row) { return island_of(row) != island_of(*first); });
+    limit_energy(contacts, std::span(first, last));
+    first = last;
   }
 }
 
@@ -290,8 +436,11 @@ void ImpulseSolver::find_velocities(std::span<const SphereContact> contacts,
     if (!batches_.sweep(solve_batch, is_exact)) break;
     ++sweeps_;
   }
+  find_free_motions(contacts, step);
   take_impulses(contacts);
-  refine(contacts);
+  // A contact that meets no other one then has the impulse of Newton's law to its last digits.
+  for (Row& row : rows_) solve_exactly(contacts[row.contact], row.target, row);
+  limit_energy(contacts);
   keep(contacts, step.length);
   for (std::size_t i = 0; i < velocity.size(); ++i) {
     velocity[i] = velocity_[i];

@@ -8,6 +8,7 @@
 #include "sim/particles/float_lanes.h"
 #include "sim/particles/row_batches.h"
 #include "sim/particles/sphere_contact.h"
+#include "sim/particles/sphere_islands.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -29,7 +30,9 @@ struct ImpulseStep {
 // t within the step at the speed u, its normal impulse makes the sides part at e u at that time,
 // which is Newton's law of restitution with the coefficient e. The heights of a lone bouncing
 // sphere are therefore exact for any length of steps. A contact that rests takes up the weight.
-// Friction is limited to Coulomb's cone.
+// Friction is limited to Coulomb's cone. Newton's law can add energy where several impacts meet, or
+// impacts and friction: spheres that are connected by contacts rebound by as much less as it takes
+// for their impulses to do no work (docs/decisions/0098).
 class ImpulseSolver {
  public:
   // The scene must outlive the solver.
@@ -71,6 +74,7 @@ class ImpulseSolver {
     int contact = 0;  // index in the list of contacts
     int place = 0;    // in the batches
     bool is_impact = false;
+    bool parts = false;                           // true for an impact from which the sides rebound
     double impact_time = 0;                       // s, within the step
     double target = 0;                            // m/s, least normal velocity at the end
     double normal_mass = 0, tangential_mass = 0;  // kg
@@ -91,6 +95,11 @@ class ImpulseSolver {
   // Changes of the two spheres of each lane.
   struct Sides {
     std::array<FloatLanes, 4> velocity, turning, other_velocity, other_turning;
+  };
+  // Relative velocities (m/s) without impulses: at the end of the step, and when the impulse of the
+  // contact acts.
+  struct FreeMotion {
+    Vec3 at_end{0, 0, 0}, at_impulse{0, 0, 0};
   };
   // An impulse that the next step starts from.
   struct KeptImpulse {
@@ -113,7 +122,14 @@ class ImpulseSolver {
              const FloatLaneVec3& tangential);
   unsigned solve(int batch, float factor, float small_change);
   void take_impulses(std::span<const SphereContact> contacts);
-  void refine(std::span<const SphereContact> contacts);
+  double solve_exactly(const SphereContact& contact, double target, Row& row);
+  void find_free_motions(std::span<const SphereContact> contacts, const ImpulseStep& step);
+  double work_of(std::span<const SphereContact> contacts, int row) const;
+  std::vector<int> rows_with_gains(std::span<const SphereContact> contacts);
+  double work_of(std::span<const SphereContact> contacts, std::span<const int> rows) const;
+  double settle(std::span<const SphereContact> contacts, std::span<const int> rows);
+  void limit_energy(std::span<const SphereContact> contacts, std::span<const int> rows);
+  void limit_energy(std::span<const SphereContact> contacts);
   void push(const SphereContact& contact, double along_normal, const Vec3& tangential);
   double least_gap(const SphereContact& contact) const;
 
@@ -124,6 +140,9 @@ class ImpulseSolver {
   std::vector<Row> rows_;       // in the order of the contacts
   RowBatches batches_;
   std::vector<LaneRows> lanes_;  // by batch
+  // The motion of the sides of a contact without impulses, by row; empty if no row parts.
+  std::vector<FreeMotion> free_motions_;
+  SphereIslands islands_;
   std::vector<KeptImpulse> kept_;
   double kept_length_ = 0;  // s, length of the step of kept_
   std::int64_t sweeps_ = 0;
