@@ -80,10 +80,14 @@ void refuse_overlap_of_particle(const ContactFault& fault, const Scene& scene) {
   const int later = first && second ? std::max(one, other) : first ? one : other;
   const int sphere = first ? fault.nodes[0] : fault.nodes[3],
             partner = first ? fault.nodes[3] : fault.nodes[0];
-  throw CaseError(scene.bodies[later].spheres->positions.location,
-                  scene.describe_point(sphere) + " overlaps " + scene.describe_point(partner) +
-                      " by " + rounded_text(-fault.gap) + " m at the start",
-                  "expected particles with a gap around them");
+  const std::string place = scene.describe_point(partner);
+  throw CaseError(
+      scene.bodies[later].spheres->positions.location,
+      scene.describe_point(sphere) +
+          (fault.gap < 0 ? " overlaps " + place + " by " + rounded_text(-fault.gap) + " m"
+                         : " touches " + place) +
+          " at the start",
+      "expected particles with a gap around them");
 }
 
 void refuse_missing_gaps(const Scene& scene) {

@@ -127,15 +127,20 @@ void surround_bodies(int level, std::vector<RenderedBody>& bodies) {
   }
 }
 
+SphereSurface surface_of_spheres(std::span<const Vec3> centres, std::span<const double> radii) {
+  const Ball ball(radii.size());
+  SphereSurface surface;
+  for (std::size_t i = 0; i < radii.size(); ++i) ball.append(centres[i], radii[i], surface);
+  return surface;
+}
+
 void draw_particles(RenderedBody& body) {
-  const Ball ball(body.radii.size());
-  SphereSurface& surface = body.spheres;
-  surface = {};
+  body.spheres = surface_of_spheres(body.positions, body.radii);
   body.sphere_places.clear();
-  for (std::size_t i = 0; i < body.radii.size(); ++i) {
-    ball.append(body.positions[i], body.radii[i], surface);
-    if (!body.places.empty()) body.sphere_places.resize(surface.positions.size(), body.places[i]);
-  }
+  if (body.places.empty()) return;
+  const std::size_t points = body.spheres.positions.size() / body.radii.size();
+  for (std::size_t i = 0; i < body.radii.size(); ++i)
+    body.sphere_places.resize((i + 1) * points, body.places[i]);
 }
 
 std::vector<bsi::Sphere> spheres_of_level(const bsi::Pyramid& pyramid, int level) {

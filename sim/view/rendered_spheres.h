@@ -1,6 +1,7 @@
 // Spheres of bodies' pyramids, and surfaces that represent them.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "sim/view/rendered_body.h"
@@ -11,6 +12,10 @@ namespace weft::sim {
 // their pyramids. A patch with fewer levels uses its last level. Precondition: the pyramids are
 // built and hold spheres.
 void surround_bodies(int level, std::vector<RenderedBody>& bodies);
+
+// Returns triangulated spheres of these radii (m), at as many centres (m). Each has equally many
+// points, which follow each other.
+SphereSurface surface_of_spheres(std::span<const Vec3> centres, std::span<const double> radii);
 
 // Sets RenderedBody::spheres of a group of particles, which are its particles at the present
 // positions.

@@ -1,5 +1,6 @@
 #include "sim/view/start_picture.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -10,6 +11,7 @@
 #include "gpu/triangle_batch.h"
 #include "sim/base/file_error.h"
 #include "sim/base/output_folder.h"
+#include "sim/view/rendered_spheres.h"
 
 namespace weft::sim {
 
@@ -19,11 +21,12 @@ constexpr int width = 800, height = 720;  // pixels of each of the two views
 // The smallest part of the simulated bodies' size that is seen.
 constexpr double least_part = 1.0 / 3;
 
-// A body as it is drawn: its triangles, and those that are marked.
+// A body as it is drawn: its triangles, and those that are marked. Particles are spheres.
 struct StartBody {
   std::vector<std::array<int, 3>> plain, marked;
   std::vector<Vec3> normals;
   std::vector<std::array<int, 2>> lines;
+  SphereSurface spheres;
 };
 
 struct Bounds {
@@ -48,8 +51,11 @@ Bounds seen_bounds(const Scene& scene, std::span<const Vec3> points,
     const auto own = points_of(scene.bodies[b], points);
     for (const auto& triangle : drawn[b].marked)
       for (const int corner : triangle) marked.add(own[corner]);
-    if (!scene.bodies[b].is_obstacle)
-      for (const Vec3& point : own) simulated.add(point);
+    if (scene.bodies[b].is_obstacle || scene.bodies[b].are_spins) continue;
+    for (const Vec3& point : scene.bodies[b].spheres == nullptr
+                                 ? own
+                                 : std::span<const Vec3>(drawn[b].spheres.positions))
+      simulated.add(point);
   }
   if (!(marked.low.x() <= marked.high.x())) return simulated;
   const double size = (simulated.high - simulated.low).norm();
@@ -77,20 +83,40 @@ std::vector<StartBody> start_bodies(const Scene& scene, std::span<const Vec3> po
     for (int t = 0; t < static_cast<int>(triangles.size()); ++t)
       (crossing[b].contains(t) ? drawn[b].marked : drawn[b].plain).push_back(triangles[t]);
     const auto own = points_of(body, points);
+    if (body.spheres != nullptr && !body.are_spins) {
+      drawn[b].spheres =
+          surface_of_spheres(own, std::vector<double>(own.size(), body.spheres->radius));
+    }
     drawn[b].normals = gpu::vertex_normals({.positions = own, .triangles = triangles});
     if (!body.is_obstacle) drawn[b].lines = gpu::grid_lines(body.surface_atlas(), own);
   }
   return drawn;
 }
 
+// The colours by which `weft render` draws the body.
+gpu::SurfaceColours colours_of(const Scene& scene, int body) {
+  if (scene.bodies[body].is_obstacle) return gpu::obstacle_colours();
+  const auto before = scene.case_order.begin() + scene.case_index(body);
+  return gpu::palette(static_cast<int>(std::count_if(
+      scene.case_order.begin(), before, [&](int b) { return !scene.bodies[b].is_obstacle; })));
+}
+
 std::vector<gpu::DrawnSurface> surfaces_of(const Scene& scene, std::span<const Vec3> points,
                                            const std::vector<StartBody>& drawn) {
   std::vector<gpu::DrawnSurface> surfaces;
   for (std::size_t b = 0; b < drawn.size(); ++b) {
-    const auto own = points_of(scene.bodies[b], points);
-    const gpu::SurfaceColours colours = scene.bodies[b].is_obstacle
-                                            ? gpu::obstacle_colours()
-                                            : gpu::palette(scene.case_index(static_cast<int>(b)));
+    const SceneBody& body = scene.bodies[b];
+    if (body.are_spins) continue;
+    const auto own = points_of(body, points);
+    const gpu::SurfaceColours colours = colours_of(scene, static_cast<int>(b));
+    if (body.spheres != nullptr) {
+      surfaces.push_back({.positions = drawn[b].spheres.positions,
+                          .triangles = drawn[b].spheres.triangles,
+                          .front_colour = colours.back,
+                          .back_colour = colours.back,
+                          .normals = drawn[b].spheres.normals});
+      continue;
+    }
     surfaces.push_back({.positions = own,
                         .triangles = drawn[b].plain,
                         .front_colour = colours.front,

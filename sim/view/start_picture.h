@@ -9,7 +9,7 @@
 
 namespace weft::sim {
 
-// Writes a PNG of all bodies at t = 0, with the triangles of `crossings` in red: from above on the
+// Writes a PNG of all bodies and particles at t = 0, with the triangles of `crossings` in red: from above on the
 // left, and from below on the right. With such triangles, the camera shows their surroundings, at
 // least a third of the size of all simulated bodies; else, all of these. Surfaces of `crossings`
 // are numbered as Scene::bodies.

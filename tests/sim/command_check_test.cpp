@@ -102,9 +102,60 @@ TEST_F(CommandCheck, FixInitialWritesNothingIfItCannotRepair) {
     EXPECT_FALSE(holds(entry.path().filename(), "start.h5")) << entry.path();
 }
 
+constexpr const char* sheet_and_balls = R"(
+time.duration = 0.02
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.5, 0.5], resolution = [9, 9] }
+[[particles]]
+name = "balls"
+radius = 0.03
+density = 100
+positions = { type = "grid", count = [2, 2, 1], spacing = 0.1, centre = [0, 0, 0.1] }
+)";
+
+// Particles are never moved, so that a start in which they overlap something is not called whole.
+TEST_F(CommandCheck, FixInitialRefusesParticlesThatOverlap) {
+  write("balls.toml", sheet_and_balls);
+  const Result apart = weft({"check", "balls.toml", "--fix-initial", "start.h5"});
+  EXPECT_EQ(apart.code, exit_code::done) << apart.err;
+  EXPECT_TRUE(holds(apart.out, "nothing to repair")) << apart.out;
+  const Result in_sheet = weft({"check", "balls.toml", "--fix-initial", "start.h5", "--set",
+                                "particles.balls.positions.centre=[0, 0, 0.02]"});
+  EXPECT_EQ(in_sheet.code, exit_code::bad_case);
+  EXPECT_TRUE(holds(in_sheet.err, "overlaps")) << in_sheet.err;
+  EXPECT_FALSE(holds(in_sheet.out, "nothing to repair")) << in_sheet.out;
+
+  const std::string alone(sheet_and_balls);
+  write("alone.toml", alone.substr(0, alone.find("[[body]]")) +
+                          alone.substr(alone.find("[[particles]]")) + R"([[obstacle]]
+name = "floor"
+shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
+)");
+  const Result above = weft({"check", "alone.toml", "--fix-initial", "start.h5"});
+  EXPECT_EQ(above.code, exit_code::done) << above.err;
+  EXPECT_TRUE(holds(above.out, "nothing to repair")) << above.out;
+  const Result in_floor = weft({"check", "alone.toml", "--fix-initial", "start.h5", "--set",
+                                "particles.balls.positions.centre=[0, 0, 0.02]"});
+  EXPECT_EQ(in_floor.code, exit_code::bad_case);
+  EXPECT_TRUE(holds(in_floor.err, "overlaps obstacle \"floor\"")) << in_floor.err;
+  EXPECT_FALSE(exists("start.h5"));
+}
+
+TEST_F(CommandCheck, SpheresThatTouchOverlapByNothing) {
+  write("balls.toml", sheet_and_balls);
+  const Result touching = weft({"check", "balls.toml", "--set", "body.sheet.thickness=0.0625",
+                                "--set", "particles.balls.radius=0.03125", "--set",
+                                "particles.balls.positions.centre=[0, 0, 0.0625]"});
+  EXPECT_EQ(touching.code, exit_code::bad_case);
+  EXPECT_TRUE(holds(touching.err, " touches ")) << touching.err;
+}
+
 #ifndef WEFT_WITHOUT_GPU
-// Returns the number of pixels in the red of intersections.
-int red_pixels(const std::string& path) {
+// Returns the number of pixels whose colour (red, green, blue) is accepted; -1 if there is no
+// picture.
+template <class Accepts>
+int count_pixels(const std::string& path, const Accepts& accepts) {
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   if (png_image_begin_read_from_file(&image, path.c_str()) == 0) return -1;
@@ -113,8 +164,31 @@ int red_pixels(const std::string& path) {
   png_image_finish_read(&image, nullptr, rgb.data(), 0, nullptr);
   int count = 0;
   for (std::size_t i = 0; i < rgb.size(); i += 3)
-    count += rgb[i] > 140 && rgb[i + 1] < 0.4 * rgb[i] && rgb[i + 2] < 0.4 * rgb[i];
+    count += accepts(rgb[i], rgb[i + 1], rgb[i + 2]) ? 1 : 0;
   return count;
+}
+
+// Returns the number of pixels in the red of intersections.
+int red_pixels(const std::string& path) {
+  return count_pixels(path, [](int red, int green, int blue) {
+    return red > 140 && green < 0.4 * red && blue < 0.4 * red;
+  });
+}
+
+// Balls are bluish and darker than the background, beside a red sheet. The area that they cover
+// grows with the square of their radius.
+TEST_F(CommandCheck, PictureShowsParticles) {
+  write("balls.toml", sheet_and_balls);
+  const auto blue_pixels = [&](const std::string& radius) {
+    const Result drawn = weft({"check", "balls.toml", "--force", "--picture", "balls.png", "--set",
+                               "particles.balls.radius=" + radius});
+    EXPECT_EQ(drawn.code, exit_code::done) << drawn.err;
+    return count_pixels(path("balls.png"),
+                        [](int red, int, int blue) { return red < 190 && blue > red + 4; });
+  };
+  const int small = blue_pixels("0.015"), large = blue_pixels("0.03");
+  EXPECT_GT(small, 200);
+  EXPECT_NEAR(large, 4.0 * small, 0.4 * large);
 }
 
 TEST_F(CommandCheck, PictureShowsTheIntersections) {
