@@ -169,6 +169,7 @@ Resumption find_start(const RunCommand& command, const std::string& trajectory, 
   if (!command.resume && !command.extend) {
     refuse_input_file(trajectory, source, "weft run");
     TrajectoryWriter::refuse_existing(trajectory, command.force);
+    refuse_foreign_checkpoint(trajectory, command.force);
     return {};
   }
   if (command.extend) refuse_to_extend(command, trajectory, source);

@@ -158,6 +158,7 @@ class Run final : private StepObserver {
   // which the file will not belong to, is removed before the file gets its name.
   void open_trajectory() {
     const bool replaces = options_.force || options_.resume || options_.resumed != nullptr;
+    refuse_foreign_checkpoint(options_.trajectory, options_.force);
     recorder_.emplace(simulation_, in_output_folder(options_.trajectory), replaces, record_cost_,
                       more_series());
     if (options_.resumed != nullptr) {

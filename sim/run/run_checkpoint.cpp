@@ -16,9 +16,11 @@ namespace weft::sim {
 
 namespace {
 
+constexpr std::string_view mark_of_all_versions = "weft checkpoint ";
+
 // First bytes of a checkpoint. The fingerprint and the contents follow.
 std::string checkpoint_mark() {
-  return "weft checkpoint 1, version " WEFT_VERSION ", numerics " +
+  return std::string(mark_of_all_versions) + "1, version " WEFT_VERSION ", numerics " +
          std::to_string(numerics_version) + '\n';
 }
 
@@ -98,6 +100,19 @@ std::optional<RunCheckpoint> read_checkpoint(const std::string& trajectory) {
     throw FileError(path + ": is damaged");
   }
   return checkpoint;
+}
+
+void refuse_foreign_checkpoint(const std::string& trajectory, bool force) {
+  const std::string path = checkpoint_path(trajectory);
+  if (!std::filesystem::exists(path)) return;
+  if (!std::filesystem::is_regular_file(path)) throw FileError(path + ": is not a regular file");
+  if (force) return;
+  std::string begin(mark_of_all_versions.size(), '\0');
+  std::ifstream(path, std::ios::binary).read(begin.data(), std::ssize(begin));
+  if (begin != mark_of_all_versions) {
+    throw FileError(path +
+                    ": is no checkpoint of Weft, and is only overwritten by force (--force)");
+  }
 }
 
 void remove_checkpoint(const std::string& trajectory) {

@@ -253,6 +253,30 @@ TEST_F(CommandResume, RefusesDamagedCheckpoints) {
             std::string::npos);
 }
 
+TEST_F(CommandResume, ReplacesNoFileThatIsNoCheckpoint) {
+  write("test.toml", contact_case);
+  const Arguments brief{"--set", "time.duration=0.01"};
+  std::filesystem::create_directory(path("out"));
+  write("out/test.checkpoint", "mine");
+  const nlohmann::json refused = run("out", exit_code::input_output, brief);
+  EXPECT_EQ(
+      refused.at("reason"),
+      "out/test.checkpoint: is no checkpoint of Weft, and is only overwritten by force (--force)");
+  EXPECT_EQ(read_bytes(path("out/test.checkpoint")), "mine");
+  EXPECT_FALSE(exists("out/test.h5"));
+  // One of an earlier version, whose trajectory is gone, may go too.
+  write("out/test.checkpoint", "weft checkpoint 0, and so on");
+  run("out", exit_code::done, brief);
+  EXPECT_NE(read_bytes(path("out/test.checkpoint")).find("numerics"), std::string::npos);
+  std::filesystem::create_directory(path("forced"));
+  write("forced/test.checkpoint", "mine");
+  run("forced", exit_code::done, {brief[0], brief[1], "--force"});
+  EXPECT_NE(read_bytes(path("forced/test.checkpoint")).find("numerics"), std::string::npos);
+  std::filesystem::create_directories(path("folder/test.checkpoint"));
+  EXPECT_EQ(run("folder", exit_code::input_output, brief).at("reason"),
+            "folder/test.checkpoint: is not a regular file");
+}
+
 // HDF5 crashes on some of these files. The run ends with a message, or goes on where the damage is
 // in parts that it does not read.
 TEST_F(CommandResume, SurvivesDamagedTrajectories) {
