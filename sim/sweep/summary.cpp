@@ -171,10 +171,13 @@ std::string in_one_line(std::string text) {
 }  // namespace
 
 std::string summary_csv(const Summary& summary) {
-  std::string text = "run,hash,status,failure,reason";
-  for (const std::string& name : summary.factors) text += ',' + csv_field(name);
-  for (const std::string& name : summary.outputs) text += ',' + csv_field(name);
-  text += ",wall_s,cpu_s,peak_memory_mib,weft_version\n";
+  std::vector<std::string> names(first_columns.begin(), first_columns.end());
+  names.insert(names.end(), summary.factors.begin(), summary.factors.end());
+  names.insert(names.end(), summary.outputs.begin(), summary.outputs.end());
+  names.insert(names.end(), last_columns.begin(), last_columns.end());
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ",") + csv_field(name);
+  text += '\n';
   int number = 0;
   for (const SummaryRow& row : summary.rows) {
     text += std::to_string(++number);

@@ -1,9 +1,11 @@
 // The summary of a sweep: one row per run, with its factors and outputs.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace weft::sim {
@@ -35,10 +37,15 @@ struct Summary {
   std::vector<SummaryRow> rows;      // in the order of the plan
 };
 
+// Names of the columns before and after those of factors and outputs; `run` is a number from 1.
+constexpr std::array<std::string_view, 5> first_columns{"run", "hash", "status", "failure",
+                                                        "reason"};
+constexpr std::array<std::string_view, 4> last_columns{"wall_s", "cpu_s", "peak_memory_mib",
+                                                       "weft_version"};
+
 // Returns the summary as comma-separated values (RFC 4180, but with \n): a line of names, and a
-// line per run. The columns are run (a number from 1), hash, status, failure, reason, the factors,
-// the outputs, wall_s, cpu_s, peak_memory_mib and weft_version. A missing number is empty. Outputs
-// read back as the same doubles.
+// line per run. The columns are `first_columns`, the factors, the outputs and `last_columns`. A
+// missing number is empty. Outputs read back as the same doubles.
 std::string summary_csv(const Summary& summary);
 
 // Writes `folder`/summary.csv and `folder`/summary.h5, each aside and renamed, so that a reader

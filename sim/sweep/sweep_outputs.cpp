@@ -7,6 +7,7 @@
 #include "sim/base/file_error.h"
 #include "sim/case/case_error.h"
 #include "sim/case/case_reader.h"
+#include "sim/case/case_text.h"
 #include "sim/probes/outputs.h"
 #include "sim/run/output_check.h"
 #include "sim/run/restart.h"
@@ -42,6 +43,19 @@ std::map<std::string, double> evaluate(const fs::path& trajectory,
   return values;
 }
 
+// Throws CaseError if an output has the name of another column of the summary.
+void refuse_names_of_columns(const std::vector<OutputExpression>& outputs) {
+  for (const OutputExpression& output : outputs) {
+    if (std::ranges::find(first_columns, output.name) == first_columns.end() &&
+        std::ranges::find(last_columns, output.name) == last_columns.end())
+      continue;
+    throw CaseError(
+        output.text.location,
+        "the output " + in_quotes(output.name) + " has the name of a column of every summary",
+        "expected another name");
+  }
+}
+
 FactorValue factor_value(const std::string& toml) { return {plain_text(toml), number_of(toml)}; }
 
 }  // namespace
@@ -61,6 +75,7 @@ std::vector<OutputExpression> joined_outputs(std::vector<OutputExpression> of_ca
 
 void check_outputs(const SweepPlan& plan) {
   const auto outputs = joined_outputs(plan.case_outputs, plan.sweep_outputs);
+  refuse_names_of_columns(outputs);
   const auto first = std::ranges::find(plan.runs, "", &PlannedRun::refusal);
   if (outputs.empty() || first == plan.runs.end()) return;
   Case source = parse_case(first->case_text, plan.sweep);

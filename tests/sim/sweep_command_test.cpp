@@ -405,6 +405,17 @@ TEST_F(SweepCommandTest, RefusesBadFilesAndOptions) {
   const Result jobs = weft({"sweep", "good.toml", "-j", "100000"});
   EXPECT_EQ(jobs.code, exit_code::bad_case);
   EXPECT_TRUE(contains(jobs.err, "-j 100000: more runs at a time than cores")) << jobs.err;
+  for (const char* name : {"run", "hash", "reason", "cpu_s", "weft_version"}) {
+    write("named.toml", std::string(densities) + "[outputs]\n" + name + " = \"last(time)\"\n");
+    const Result named = weft({"sweep", "named.toml"});
+    EXPECT_EQ(named.code, exit_code::bad_case);
+    EXPECT_TRUE(contains(named.err, std::string("the output \"") + name +
+                                        "\" has the name of a column of every summary\n"
+                                        "  expected another name\n"))
+        << named.err;
+    EXPECT_TRUE(contains(named.err, "named.toml:5:")) << named.err;
+  }
+  EXPECT_FALSE(exists("out"));
 }
 
 TEST_F(SweepCommandTest, PrintsTheReferencePageOfTheDocumentation) {
