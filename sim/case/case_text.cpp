@@ -113,7 +113,7 @@ std::string name_hint(const std::string& name, const std::vector<std::string>& c
   if (const auto nearest = nearest_name(name, candidates)) {
     return "did you mean " + in_quotes(*nearest) + "?";
   }
-  if (candidates.empty()) return "";
+  if (candidates.empty()) return "there is none that could be named here";
   return "expected " + std::string(candidates.size() > 1 ? "one of " : "") +
          quoted_list(candidates);
 }

@@ -17,7 +17,8 @@ std::optional<std::string> nearest_name(const std::string& name,
                                         const std::vector<std::string>& candidates);
 
 // Returns `did you mean "friction"?`, with the nearest candidate. If no candidate is near, returns
-// the list of all candidates: `expected one of "a", "b"`. Empty without candidates.
+// the list of all candidates: `expected one of "a", "b"`. Without candidates, says that there is
+// none.
 std::string name_hint(const std::string& name, const std::vector<std::string>& candidates);
 
 // Returns text that is safe for a terminal. Control characters and bytes that are not UTF-8 become

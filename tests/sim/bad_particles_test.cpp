@@ -46,6 +46,11 @@ std::vector<BadCase> bad_particles() {
       {"unknown_key", head + balls + "restitutoin = 0.5\n",
        R"(case.toml:7:1: unknown key "restitutoin" in [[particles]]
   did you mean "restitution"?)"},
+      {"load_of_particles",
+       "[contact]\nfriction = 0\n" + balls +
+           "[[load]]\nbody = \"balls\"\nforce = [0, 0, 1]\ncorners = [\"all\"]\n",
+       R"(case.toml:8:8: no body "balls"
+  there is none that could be named here)"},
       {"unknown_places",
        head + "[[particles]]\nname = \"balls\"\nradius = 0.1\npositions = { type = \"gird\" }\n",
        R"(case.toml:6:22: "type" is "gird"
