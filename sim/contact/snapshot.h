@@ -21,8 +21,8 @@ struct BodyPaths {
 // change of any distance is no larger than the sum of both bodies' bounds of the same kind.
 struct SinceChoice {
   double from_end = std::numeric_limits<double>::infinity();  // from the ends of the chosen paths
-  // At equal times on the present paths and the chosen ones. The same as from_end where either
-  // points do not move.
+  // At equal times on the present paths and the chosen ones. The same as from_end where the
+  // present points rest, or the chosen ones did.
   double along_path = std::numeric_limits<double>::infinity();
 };
 
