@@ -386,7 +386,7 @@ std::optional<Failure> ImpulseIntegrator::separate(const SphereStart& start) {
   for (int round = 0;; ++round) {
     search_.find_overlaps(start, end_, changed_, overlaps_);
     if (overlaps_.empty()) {
-      displacements_.remove_gained_energy(acceleration_, velocity_);
+      displacements_.keep_energy(dynamics_.gravity(time_ + 0.5 * start.length), velocity_);
       displacements_.keep();
       return std::nullopt;
     }

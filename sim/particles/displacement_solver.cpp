@@ -14,13 +14,15 @@ constexpr int most_displacement_sweeps = 120;
 // A contact that lacks more than this fraction of its rest gap is corrected, and so are its
 // neighbours.
 constexpr double small_lack = 0.2;
-// Factor of corrections. Above 1 they reach farther in a sweep.
+// Factor of corrections. Above 1 they reach farther in a sweep. The first sweep solves each contact
+// exactly, which is all that a lone one needs.
 constexpr float displacement_relaxation = 1.5F;
 // Fraction of the last step's corrections that a step begins with.
 constexpr double kept_share = 0.8;
 
-// Takes an energy per mass (m^2/s^2) from the motion along a unit vector relative to `drive`.
-void slow_down(const Vec3& direction, const Vec3& drive, double energy, Vec3& velocity) {
+// Takes an energy per mass (m^2/s^2) from the motion along a unit vector relative to `drive`, or
+// adds it if it is negative. The motion does not turn round.
+void take_energy(const Vec3& direction, const Vec3& drive, double energy, Vec3& velocity) {
   const double speed = direction.dot(velocity - drive);
   const double left = std::sqrt(std::max(0.0, speed * speed - 2 * energy));
   velocity += (std::copysign(left, speed) - speed) * direction;
@@ -114,26 +116,29 @@ bool DisplacementSolver::fix(int sphere) {
   return true;
 }
 
-void DisplacementSolver::remove_gained_energy(std::span<const Vec3> acceleration,
-                                              std::span<Vec3> velocity) const {
-  for (const Support& support : supports_) {
-    const int batch = batch_of(support.place), lane = lane_of(support.place);
-    const int sphere = batches_.spheres_of(batch)[lane];
-    const double way =
-        length_ * corrections_[sphere].mobility * lanes_[batch].multiplier.values[lane];
-    const double gain = -way * support.normal.dot(acceleration[sphere]);  // per mass
-    if (gain > 0) slow_down(support.normal, support.drive, gain, velocity[sphere]);
-  }
+void DisplacementSolver::keep_energy(const Vec3& gravity, std::span<Vec3> velocity) const {
+  // Energies per mass. Spheres get what they are owed before they pay.
+  const auto settle = [&](bool pays) {
+    for (const Support& support : supports_) {
+      const int batch = batch_of(support.place), lane = lane_of(support.place);
+      const int sphere = batches_.spheres_of(batch)[lane];
+      const double way =
+          length_ * corrections_[sphere].mobility * lanes_[batch].multiplier.values[lane];
+      const double gain = -way * support.normal.dot(gravity);
+      if (pays ? gain > 0 : gain < 0)
+        take_energy(support.normal, support.drive, gain, velocity[sphere]);
+    }
+  };
+  settle(false);
+  settle(true);
   for (const int sphere : fixed_) {
-    const double way = length_ * mean_[sphere].norm();
-    const Vec3 direction = mean_[sphere].normalized();
-    const double gain = way * direction.dot(acceleration[sphere]);
-    if (gain > 0) slow_down(direction, Vec3::Zero(), gain, velocity[sphere]);
+    const double gain = length_ * mean_[sphere].dot(gravity);
+    take_energy(mean_[sphere].normalized(), Vec3::Zero(), gain, velocity[sphere]);
   }
 }
 
 // Returns the lanes in which the displacements have changed by an amount that matters.
-unsigned DisplacementSolver::solve(int batch) {
+unsigned DisplacementSolver::solve(int batch, float factor) {
   const auto side = [&](const std::array<int, RowBatches::width>& spheres) {
     return [this, &spheres](int lane) { return corrections_[spheres[lane]].mean.data(); };
   };
@@ -145,8 +150,7 @@ unsigned DisplacementSolver::solve(int batch) {
   const FloatLanes lack = rows.least - rows.normal.dot(apart);
   const FloatLanes before = rows.multiplier;
   rows.multiplier =
-      choose(FloatLanes(0.0F) < mobility,
-             larger(0.0F, before + displacement_relaxation * lack / mobility), before);
+      choose(FloatLanes(0.0F) < mobility, larger(0.0F, before + factor * lack / mobility), before);
   const FloatLanes change = rows.multiplier - before;
   for (int k = 0; k < 3; ++k) {
     a[k] += a[3] * change * rows.normal[k];
@@ -158,9 +162,10 @@ unsigned DisplacementSolver::solve(int batch) {
 }
 
 void DisplacementSolver::correct() {
-  const auto solve_batch = [&](int batch) { return solve(batch); };
-  int sweeps = 0;
-  while (sweeps < most_displacement_sweeps && batches_.sweep(solve_batch)) ++sweeps;
+  for (int sweep = 0; sweep < most_displacement_sweeps; ++sweep) {
+    const float factor = sweep == 0 ? 1 : displacement_relaxation;
+    if (!batches_.sweep([&](int batch) { return solve(batch, factor); })) return;
+  }
 }
 
 }  // namespace weft::sim

@@ -37,13 +37,13 @@ class DisplacementSolver {
   bool fix(int sphere);
   // Sweeps until no gap lacks more than a share of the rest gap, or until a number of sweeps.
   void correct();
-  // Takes from velocities (m/s) what corrections have added to the energy in a field of these
-  // accelerations (m/s^2). Lists are by sphere. A sphere that an obstacle has moved against the
-  // field loses as much energy of its motion along the normal of the contact, relative to the
-  // obstacle; one that stays where it is loses it of its motion along the way that it did not go.
-  // Neither turns round, and what a slow sphere lacks is not taken. Corrections between spheres
-  // move their centre of mass by nothing, and change no energy in a uniform field.
-  void remove_gained_energy(std::span<const Vec3> acceleration, std::span<Vec3> velocity) const;
+  // Changes velocities (m/s, by sphere) such that corrections change no energy in a field of
+  // gravity (m/s^2). A sphere that an obstacle has lifted loses as much energy of its motion along
+  // the normal of the contact, relative to the obstacle, and one that an obstacle has pushed down
+  // gains as much. A sphere that stays where it is pays for the fall that it did not make with its
+  // motion along that way. What a slow sphere lacks is not taken. Corrections between spheres that
+  // both move leave their centre of mass where it is, and change no energy.
+  void keep_energy(const Vec3& gravity, std::span<Vec3> velocity) const;
   // Keeps the corrections of the contacts given to start() for the next step.
   void keep();
   // Forgets the corrections of the last step.
@@ -90,7 +90,7 @@ class DisplacementSolver {
   double rest_gap_of(const SphereContact& contact) const;
   int add_row(const SphereContact& contact);
   void take_kept();
-  unsigned solve(int batch);
+  unsigned solve(int batch, float factor);
 
   std::span<const double> rest_gap_, inverse_mass_;
   double length_ = 0;                    // s

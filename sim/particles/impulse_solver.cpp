@@ -32,8 +32,9 @@ constexpr double most_growth = 2;
 // given up after the first number of sweeps, the former after the second.
 constexpr int usual_settling_sweeps = 25, most_settling_sweeps = 400;
 constexpr double settled_share = 1e-3;
-// Work of impulses that add up to nothing in exact numbers, as a fraction of their sizes.
-constexpr double rounding_share = 1e-9;
+// Work of impulses that add up to nothing in exact numbers, as a fraction of the sizes of its
+// terms.
+constexpr double rounding_share = 1e-12;
 
 // Returns the first time (s) in [0, length] at which gap + speed t + acceleration t^2 / 2 is zero
 // or less, or a negative number if there is none.
@@ -48,13 +49,18 @@ double closing_time(double gap, double speed, double acceleration, double length
   return time <= length ? time : -1;
 }
 
-// Returns the largest share in [0, 1] at which constant + linear s + square s^2 is not positive; 0
-// if the constant is. Precondition: square >= 0.
+// Returns the largest share s in [0, 1] at which constant + linear s + square s^2 is not positive.
+// If there is none, returns that of the least value. Preconditions: square >= 0, and the value at 1
+// is positive.
 double largest_share(double constant, double linear, double square) {
-  if (constant >= 0) return 0;
-  if (constant + linear + square <= 0) return 1;
-  // This form of the positive root does not cancel.
-  return -2 * constant / (linear + std::sqrt(linear * linear - 4 * square * constant));
+  const double discriminant = linear * linear - 4 * square * constant;
+  // This form of the larger root does not cancel where the constant is negative.
+  if (constant < 0) return -2 * constant / (linear + std::sqrt(discriminant));
+  if (!(square > 0)) return linear < 0 ? 1 : 0;
+  const double least = std::clamp(-0.5 * linear / square, 0.0, 1.0);
+  return discriminant > 0 && linear < 0 && least < 1
+             ? std::min(1.0, least + 0.5 * std::sqrt(discriminant) / square)
+             : least;
 }
 
 }  // namespace
@@ -306,11 +312,13 @@ void ImpulseSolver::find_free_motions(std::span<const SphereContact> contacts,
 // what impulses add to the energy of the spheres, that of their weight included: an impulse P at
 // the time t of a step of length h adds P . (v + V) / 2 to the kinetic energy, with the velocities
 // v without and V with all impulses at the end, and moves the sphere by P (h - t) / m.
-double ImpulseSolver::work_of(std::span<const SphereContact> contacts, int row) const {
+ImpulseSolver::Work ImpulseSolver::work_of(std::span<const SphereContact> contacts, int row) const {
   const SphereContact& contact = contacts[rows_[row].contact];
   const Vec3 impulse = rows_[row].impulse * contact.normal + rows_[row].tangential;
   const FreeMotion& free = free_motions_[row];
-  return impulse.dot(free.at_impulse + 0.5 * (velocity_at(contact) - free.at_end));
+  const double before = impulse.dot(free.at_impulse),
+               change = 0.5 * impulse.dot(velocity_at(contact) - free.at_end);
+  return {before + change, std::abs(before) + std::abs(change)};
 }
 
 // Returns the rows of the islands of spheres whose impulses do work, island by island. Spheres of
@@ -322,7 +330,7 @@ std::vector<int> ImpulseSolver::rows_with_gains(std::span<const SphereContact> c
     if (contact.other >= 0) islands_.connect(contact.sphere, contact.other);
   }
   struct Island {
-    double work = 0, size = 0;
+    Work work;
     bool parts = false;
   };
   std::vector<Island> islands(velocity_.size());
@@ -332,15 +340,15 @@ std::vector<int> ImpulseSolver::rows_with_gains(std::span<const SphereContact> c
   const auto row_count = static_cast<int>(rows_.size());
   for (int r = 0; r < row_count; ++r) {
     Island& island = islands[island_of(r)];
-    const double work = work_of(contacts, r);
-    island.work += work;
-    island.size += std::abs(work);
+    const Work work = work_of(contacts, r);
+    island.work.sum += work.sum;
+    island.work.size += work.size;
     island.parts = island.parts || rows_[r].parts;
   }
   std::vector<int> rows;
   for (int r = 0; r < row_count; ++r) {
     const Island& island = islands[island_of(r)];
-    if (island.parts && island.work > rounding_share * island.size) rows.push_back(r);
+    if (island.parts && island.work.sum > rounding_share * island.work.size) rows.push_back(r);
   }
   std::ranges::stable_sort(rows, {}, island_of);
   return rows;
@@ -349,7 +357,7 @@ std::vector<int> ImpulseSolver::rows_with_gains(std::span<const SphereContact> c
 double ImpulseSolver::work_of(std::span<const SphereContact> contacts,
                               std::span<const int> rows) const {
   double sum = 0;
-  for (const int r : rows) sum += work_of(contacts, r);
+  for (const int r : rows) sum += work_of(contacts, r).sum;
   return sum;
 }
 
@@ -369,9 +377,10 @@ double ImpulseSolver::settle(std::span<const SphereContact> contacts, std::span<
   }
 }
 
-// Limits the energy of an island. Without restitution its impulses do no work. That of impulses in
-// between is a quadratic function of the share of restitution, and the share is the largest one
-// for which it is not positive.
+// Limits the energy of an island, whose impulses do work. Without restitution they usually do none.
+// The work of impulses in between is a quadratic function of the share of restitution, and the
+// share is the largest one for which the work is not positive. Where there is none, as little is
+// gained as possible.
 void ImpulseSolver::limit_energy(std::span<const SphereContact> contacts,
                                  std::span<const int> rows) {
   struct Before {

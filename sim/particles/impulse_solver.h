@@ -31,8 +31,9 @@ struct ImpulseStep {
 // which is Newton's law of restitution with the coefficient e. The heights of a lone bouncing
 // sphere are therefore exact for any length of steps. A contact that rests takes up the weight.
 // Friction is limited to Coulomb's cone. Newton's law can add energy where several impacts meet, or
-// impacts and friction: spheres that are connected by contacts rebound by as much less as it takes
-// for their impulses to do no work (docs/decisions/0098).
+// impacts and friction. Spheres that are connected by contacts then have the largest share of their
+// restitution, the same for all, with which their impulses together do no work
+// (docs/decisions/0098).
 class ImpulseSolver {
  public:
   // The scene must outlive the solver.
@@ -101,6 +102,10 @@ class ImpulseSolver {
   struct FreeMotion {
     Vec3 at_end{0, 0, 0}, at_impulse{0, 0, 0};
   };
+  // Work of impulses (J): positive and negative terms together, and their sizes.
+  struct Work {
+    double sum = 0, size = 0;
+  };
   // An impulse that the next step starts from.
   struct KeptImpulse {
     ContactKey key;
@@ -124,7 +129,7 @@ class ImpulseSolver {
   void take_impulses(std::span<const SphereContact> contacts);
   double solve_exactly(const SphereContact& contact, double target, Row& row);
   void find_free_motions(std::span<const SphereContact> contacts, const ImpulseStep& step);
-  double work_of(std::span<const SphereContact> contacts, int row) const;
+  Work work_of(std::span<const SphereContact> contacts, int row) const;
   std::vector<int> rows_with_gains(std::span<const SphereContact> contacts);
   double work_of(std::span<const SphereContact> contacts, std::span<const int> rows) const;
   double settle(std::span<const SphereContact> contacts, std::span<const int> rows);

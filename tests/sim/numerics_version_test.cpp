@@ -112,8 +112,8 @@ TEST(NumericsVersion, NumberChangesWithTheNumerics) {
   const auto failure = simulation.advance(0.3);
   ASSERT_FALSE(failure) << failure->text;
   expect_stored("impulses", last_and_middle(StateView::of(simulation.state()).position),
-                {{0.020496035855, 0.054016886759, 0.031277626395},
-                 {-0.023989131010, 0.007518911908, 0.022183858337}},
+                {{0.019548175476, 0.054735629810, 0.033036884828},
+                 {-0.024510342660, 0.007266027803, 0.022117646612}},
                 1e-5);
 }
 
