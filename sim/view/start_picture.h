@@ -9,10 +9,10 @@
 
 namespace weft::sim {
 
-// Writes a PNG of all bodies and particles at t = 0, with the triangles of `crossings` in red: from above on the
-// left, and from below on the right. With such triangles, the camera shows their surroundings, at
-// least a third of the size of all simulated bodies; else, all of these. Surfaces of `crossings`
-// are numbered as Scene::bodies.
+// Writes a PNG of all bodies and particles at t = 0, with the triangles of `crossings` in red: from
+// above on the left, and from below on the right. With such triangles, the camera shows their
+// surroundings, at least a third of the size of all simulated bodies; else, all of these. Surfaces
+// of `crossings` are numbered as Scene::bodies.
 //
 // A file that no drawing of Weft made is overwritten only with `force`. Throws FileError if it must
 // not be overwritten or cannot be written, and if Weft was built without gpu/. Takes tens of

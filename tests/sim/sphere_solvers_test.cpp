@@ -317,7 +317,7 @@ TEST_F(Heap, KeepsItsMomentum) {
   EXPECT_LT(momentum.norm(), 1e-13 * size);
 }
 
-// What impulses add to the energy of an island of spheres (J), relative to walls that move.
+// The energy (J) that impulses add to an island of spheres, relative to walls that move.
 struct AddedEnergy {
   double sum = 0;
   double before = 0;  // J, kinetic energy before
