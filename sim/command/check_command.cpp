@@ -91,8 +91,8 @@ void repair(const Scene& scene, const CheckCommand& command) {
   refuse_shape_file(command.new_start, scene.source, command.run.force);
   const StartRepair repaired = scene.spheres_collide ? StartRepair{} : repair_start(scene);
   if (repaired.bodies.empty()) {
-    check_initial_state(
-        scene);  // particles are not moved: where they overlap something, this throws
+    // Particles are not moved: where they overlap something, this throws.
+    check_initial_state(scene);
     std::cout << "nothing to repair: " << printable(command.new_start) << " is not written\n";
     return;
   }

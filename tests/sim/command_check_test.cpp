@@ -132,13 +132,16 @@ TEST_F(CommandCheck, FixInitialRefusesParticlesThatOverlap) {
 name = "floor"
 shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
 )");
-  const Result above = weft({"check", "alone.toml", "--fix-initial", "start.h5"});
-  EXPECT_EQ(above.code, exit_code::done) << above.err;
-  EXPECT_TRUE(holds(above.out, "nothing to repair")) << above.out;
-  const Result in_floor = weft({"check", "alone.toml", "--fix-initial", "start.h5", "--set",
-                                "particles.balls.positions.centre=[0, 0, 0.02]"});
-  EXPECT_EQ(in_floor.code, exit_code::bad_case);
-  EXPECT_TRUE(holds(in_floor.err, "overlaps obstacle \"floor\"")) << in_floor.err;
+  for (const char* method : {"cvode", "impulses"}) {
+    const std::string by = std::string("time.method=") + method;
+    const Result above = weft({"check", "alone.toml", "--fix-initial", "start.h5", "--set", by});
+    EXPECT_EQ(above.code, exit_code::done) << above.err;
+    EXPECT_TRUE(holds(above.out, "nothing to repair")) << above.out;
+    const Result in_floor = weft({"check", "alone.toml", "--fix-initial", "start.h5", "--set", by,
+                                  "--set", "particles.balls.positions.centre=[0, 0, 0.02]"});
+    EXPECT_EQ(in_floor.code, exit_code::bad_case);
+    EXPECT_TRUE(holds(in_floor.err, "overlaps obstacle \"floor\"")) << in_floor.err;
+  }
   EXPECT_FALSE(exists("start.h5"));
 }
 

@@ -18,67 +18,35 @@ using Positions = std::vector<Vec3>;
 inline constexpr double thickness = 0.004, range = 0.03, slack = 0.02;  // m, of all scenes
 inline constexpr double reach = thickness + range;
 
-inline const std::string one_sheet = R"(
+// What all scenes begin with: range and slack as above.
+inline const std::string contact_head = R"(
 [time]
 duration = 1
 [contact]
 range = 0.03
 search_slack = 0.02
-[[body]]
-name = "sheet"
-thickness = 0.004
-shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
 )";
+
+// A rectangular body of this size and resolution, such as "0.5, 0.5" and "4, 4".
+inline std::string rectangle(const std::string& name, const std::string& size,
+                             const std::string& resolution) {
+  return "[[body]]\nname = \"" + name +
+         "\"\nthickness = 0.004\nshape = { type = \"rectangle\", size = [" + size +
+         "], resolution = [" + resolution + "] }\n";
+}
+
+inline const std::string one_sheet = contact_head + rectangle("sheet", "1, 1", "9, 9");
 
 // A sheet whose edges are shorter than thickness + range: most triangles in reach are neighbours.
-inline const std::string fine_sheet = R"(
-[time]
-duration = 1
-[contact]
-range = 0.03
-search_slack = 0.02
-[[body]]
-name = "sheet"
-thickness = 0.004
-shape = { type = "rectangle", size = [0.25, 0.25], resolution = [11, 11] }
-)";
+inline const std::string fine_sheet = contact_head + rectangle("sheet", "0.25, 0.25", "11, 11");
 
 // Two strips in line; the gap between their bounding spheres is that of the strips within 2 mm.
-inline const std::string two_strips = R"(
-[time]
-duration = 1
-[contact]
-range = 0.03
-search_slack = 0.02
-[[body]]
-name = "left"
-thickness = 0.004
-shape = { type = "rectangle", size = [1, 0.06], resolution = [2, 17] }
-[[body]]
-name = "right"
-thickness = 0.004
-shape = { type = "rectangle", size = [1, 0.06], resolution = [2, 17] }
-)";
+inline const std::string two_strips =
+    contact_head + rectangle("left", "1, 0.06", "2, 17") + rectangle("right", "1, 0.06", "2, 17");
 
-inline const std::string three_plates = R"(
-[time]
-duration = 1
-[contact]
-range = 0.03
-search_slack = 0.02
-[[body]]
-name = "upper"
-thickness = 0.004
-shape = { type = "rectangle", size = [0.5, 0.5], resolution = [4, 4] }
-[[body]]
-name = "middle"
-thickness = 0.004
-shape = { type = "rectangle", size = [0.5, 0.5], resolution = [4, 4] }
-[[body]]
-name = "lower"
-thickness = 0.004
-shape = { type = "rectangle", size = [0.5, 0.5], resolution = [4, 4] }
-)";
+inline const std::string three_plates = contact_head + rectangle("upper", "0.5, 0.5", "4, 4") +
+                                        rectangle("middle", "0.5, 0.5", "4, 4") +
+                                        rectangle("lower", "0.5, 0.5", "4, 4");
 
 inline std::unique_ptr<const Scene> scene_of(const std::string& text) {
   return build_scene(parse_case(text, "test.toml"));
