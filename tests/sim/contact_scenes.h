@@ -18,7 +18,7 @@ using Positions = std::vector<Vec3>;
 inline constexpr double thickness = 0.004, range = 0.03, slack = 0.02;  // m, of all scenes
 inline constexpr double reach = thickness + range;
 
-// What all scenes begin with: range and slack as above.
+// The head of all scenes, with range and slack as above.
 inline const std::string contact_head = R"(
 [time]
 duration = 1
