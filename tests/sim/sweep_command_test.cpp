@@ -32,19 +32,6 @@ constexpr const char* densities = R"(case = "base.toml"
 "material.cotton.density" = { range = [0.1, 0.4], count = 4 }
 )";
 
-// Returns the numbers of processes whose arguments contain `text`.
-std::vector<pid_t> processes_with(const std::string& text) {
-  std::vector<pid_t> found;
-  for (const fs::directory_entry& entry : fs::directory_iterator("/proc")) {
-    const std::string name = entry.path().filename().string();
-    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    std::ifstream file(entry.path() / "cmdline", std::ios::binary);
-    const std::string words{std::istreambuf_iterator<char>(file), {}};
-    if (words.find(text) != std::string::npos) found.push_back(std::stoi(name));
-  }
-  return found;
-}
-
 bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
@@ -80,8 +67,7 @@ class SweepCommandTest : public WeftCommand {
     ASSERT_EQ(a.frames(), b.frames()) << one;
     for (int f = 0; f < a.frames(); ++f) EXPECT_EQ(a.positions(0, f), b.positions(0, f)) << one;
   }
-  // Waits until a process has `text` in its arguments, and returns its number. The text must have
-  // the folder of the test: other tests run sweeps at the same time.
+  // Waits until a process has `text` in its arguments, and returns its number.
   static pid_t wait_for_process(const std::string& text) {
     for (int i = 0; i < 6000; ++i) {
       const std::vector<pid_t> found = processes_with(text);

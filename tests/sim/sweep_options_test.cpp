@@ -52,11 +52,8 @@ class SweepOptions : public WeftCommand {
   std::pair<std::string, std::string> wait_for_run() const {
     const std::string runs = (path("out") / "runs").string();
     for (int i = 0; i < 6000; ++i) {
-      for (const fs::directory_entry& entry : fs::directory_iterator("/proc")) {
-        const std::string arguments = proc_file(entry.path() / "cmdline");
-        if (arguments.find(runs) != std::string::npos)
-          return {arguments, proc_file(entry.path() / "environ")};
-      }
+      for (const pid_t process : processes_with(runs))
+        return {read_process_file(process, "cmdline"), read_process_file(process, "environ")};
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     ADD_FAILURE() << "no run";
@@ -64,12 +61,6 @@ class SweepOptions : public WeftCommand {
   }
   std::string summary() const {
     return exists("out/summary.csv") ? read_bytes(path("out/summary.csv")) : "";
-  }
-
- private:
-  static std::string proc_file(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
   }
 };
 

@@ -47,15 +47,6 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-bool some_process_has(const std::string& text) {
-  for (const fs::directory_entry& entry : fs::directory_iterator("/proc")) {
-    std::ifstream file(entry.path() / "cmdline", std::ios::binary);
-    const std::string words{std::istreambuf_iterator<char>(file), {}};
-    if (contains(words, text)) return true;
-  }
-  return false;
-}
-
 // Waits until the condition holds, at most half a minute.
 void wait_until(const std::function<bool()>& condition) {
   const auto end = std::chrono::steady_clock::now() + seconds(30);
@@ -106,7 +97,7 @@ class SweepWorkerTest : public WeftCommand {
       worker.send(SIGKILL);
       EXPECT_EQ(worker.wait(), -SIGKILL);
     }
-    wait_until([&] { return !some_process_has(path(out).string() + "/runs/"); });
+    wait_until([&] { return processes_with(path(out).string() + "/runs/").empty(); });
     ASSERT_EQ(files(out, "run.checkpoint").size(), 1U);
     EXPECT_TRUE(files(out, "result.json").empty());
     const Json report = Json::parse(read_bytes(files(out, "report.json").at(0)));

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -24,6 +25,31 @@ inline std::string read_bytes(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   EXPECT_TRUE(file) << path;
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// Returns the file of that name in the folder of a process in /proc, or an empty text if the
+// process has ended. Reading fails where it ends after the file was opened: streams take that for
+// the end of the file, but their buffers, which an istreambuf_iterator reads, throw.
+inline std::string read_process_file(pid_t process, const std::string& name) {
+  const std::ifstream file("/proc/" + std::to_string(process) + "/" + name, std::ios::binary);
+  std::ostringstream bytes;
+  bytes << file.rdbuf();
+  return bytes.str();
+}
+
+// Returns the numbers of the processes whose arguments contain `text`. The text must have the
+// folder of the test: other tests run the command at the same time.
+inline std::vector<pid_t> processes_with(const std::string& text) {
+  std::vector<pid_t> found;
+  for (const std::filesystem::directory_entry& entry :
+       std::filesystem::directory_iterator("/proc")) {
+    const std::string name = entry.path().filename().string();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    const pid_t process = std::stoi(name);
+    if (read_process_file(process, "cmdline").find(text) != std::string::npos)
+      found.push_back(process);
+  }
+  return found;
 }
 
 // A process whose streams go to files. If it still runs at the end, it is killed.
@@ -68,9 +94,7 @@ class WeftProcess {
   }
 
   // The environment that the running program was started with.
-  std::string environment() const {
-    return read_bytes("/proc/" + std::to_string(process_) + "/environ");
-  }
+  std::string environment() const { return read_process_file(process_, "environ"); }
   std::string out() const { return read_bytes(out_); }
   std::string err() const { return read_bytes(err_); }
 
