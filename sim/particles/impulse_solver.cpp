@@ -32,6 +32,10 @@ constexpr double most_growth = 2;
 // given up after the first number of sweeps, the former after the second.
 constexpr int usual_settling_sweeps = 25, most_settling_sweeps = 400;
 constexpr double settled_share = 1e-3;
+// Steps that a bounce on spheres at rest must last. Lower ones are stopped: impulses of the
+// contacts below answer an impact in the middle of the step, and the error of that keeps heaps
+// moving.
+constexpr double least_bounce = 10;
 // Work of impulses that add up to nothing in exact numbers, as a fraction of the sizes of its
 // terms.
 constexpr double rounding_share = 1e-12;
@@ -77,6 +81,7 @@ ImpulseSolver::ImpulseSolver(const Scene& scene) : radius_(sphere_radii(scene)),
       rest_gap_.push_back(rest_gap_share * radius);
     }
   }
+  support_.assign(radius_.size(), 0);
   unit_mass_ = 1 / *std::ranges::max_element(inverse_mass_);
 }
 
@@ -85,28 +90,58 @@ double ImpulseSolver::least_gap(const SphereContact& contact) const {
                            : std::min(rest_gap_[contact.sphere], rest_gap_[contact.other]);
 }
 
-// Sets the least normal velocity at the end of the step. Returns false if the contact neither
-// touches nor closes in free motion.
+// Returns the acceleration (m/s^2) at which the sides would part along the normal without this
+// contact. Spheres that rest on others are held by them; obstacles are where they are.
+double ImpulseSolver::parting_acceleration(const SphereContact& contact,
+                                           const ImpulseStep& step) const {
+  const int a = contact.sphere, b = contact.other;
+  if (b < 0) return contact.normal.dot(step.acceleration[a]);
+  return contact.normal.dot((1 - support_[a]) * step.acceleration[a] -
+                            (1 - support_[b]) * step.acceleration[b]);
+}
+
+// Returns the speed (m/s) above which the sides part after an impact. Where one of them rests on
+// others, the bounce must last several steps.
+double ImpulseSolver::least_rebound(const SphereContact& contact, const ImpulseStep& step) const {
+  double least = step.resting_speed;
+  for (const int sphere : {contact.sphere, contact.other}) {
+    if (sphere < 0) continue;
+    const double load = support_[sphere] * std::abs(contact.normal.dot(step.acceleration[sphere]));
+    least = std::max(least, 0.5 * least_bounce * step.length * load);
+  }
+  return least;
+}
+
+// Sets the least normal velocity at the end of the step, and the time at which the impulse acts.
+// Returns false if the contact neither touches nor closes in free motion.
 bool ImpulseSolver::set_target(const SphereContact& contact, const ImpulseStep& step,
                                Row& row) const {
-  const auto relative = [&](std::span<const Vec3> of) {
-    const Vec3& own = of[contact.sphere];
-    return contact.normal.dot(contact.other < 0 ? own : Vec3(own - of[contact.other]));
-  };
-  const double rest = least_gap(contact), gap = contact.gap - rest;
-  const double speed = relative(step.velocity) - contact.normal.dot(contact.drive);
-  const double acceleration = relative(step.acceleration);
-  const double time = closing_time(gap, speed, acceleration, step.length);
+  const double length = step.length, rest = least_gap(contact), gap = contact.gap - rest;
+  const Vec3& other = contact.other < 0 ? contact.drive : step.velocity[contact.other];
+  const double speed = contact.normal.dot(step.velocity[contact.sphere] - other);
+  const double acceleration = parting_acceleration(contact, step);
+  const double time = closing_time(gap, speed, acceleration, length);
+  row.time = 0.5 * length;
   if (time < 0) {
-    row.target = gap <= 0 ? 0 : -gap / step.length;
+    row.target = gap <= 0 ? 0 : -gap / length;
+    // What stays apart by itself is not slowed down: it may come back in the next step.
+    if (gap + length * (speed + 0.5 * length * acceleration) >= 0)
+      row.target = std::min(row.target, speed + length * acceleration);
     return gap <= touching_share * rest;
   }
-  const double impact_speed = -(speed + acceleration * time);
+  const double left = length - time, impact_speed = -(speed + acceleration * time);
   row.is_impact = impact_speed > step.resting_speed;
-  row.impact_time = time;
+  if (!row.is_impact) return true;
   const double rebound = contact.restitution * impact_speed;
-  row.parts = row.is_impact && rebound > step.resting_speed;
-  row.target = row.parts ? rebound + acceleration * (step.length - time) : 0;
+  row.time = time;
+  row.parts = rebound > least_rebound(contact, step);
+  if (row.parts) {
+    row.target = rebound + acceleration * left;
+  } else {
+    // The part of the impulse that bears the weight after the impact acts evenly.
+    const double load = std::max(0.0, -acceleration * left);
+    row.time += 0.5 * left * load / (impact_speed + load);
+  }
   return true;
 }
 
@@ -182,15 +217,35 @@ void ImpulseSolver::take_kept(std::span<const SphereContact> contacts, double le
   });
 }
 
-void ImpulseSolver::keep(std::span<const SphereContact> contacts, double length) {
+void ImpulseSolver::keep(std::span<const SphereContact> contacts, const ImpulseStep& step) {
   kept_.clear();
-  kept_length_ = length;
+  kept_length_ = step.length;
   for (const Row& row : rows_) {
     if (row.is_impact || row.impulse == 0) continue;
     const Vec3& tangential = row.tangential;
     kept_.push_back(
         {contacts[row.contact].key(), row.impulse, {tangential[0], tangential[1], tangential[2]}});
   }
+  find_support(contacts, step);
+}
+
+// Finds how much of the acceleration of free spheres the contacts take up that rest.
+void ImpulseSolver::find_support(std::span<const SphereContact> contacts, const ImpulseStep& step) {
+  std::ranges::fill(support_, 0.0);
+  for (const Row& row : rows_) {
+    if (row.is_impact || row.impulse == 0) continue;
+    const SphereContact& contact = contacts[row.contact];
+    const Vec3 impulse = row.impulse * contact.normal + row.tangential;
+    const auto add = [&](int sphere, double sign) {
+      const Vec3& acceleration = step.acceleration[sphere];
+      const double whole = step.length * acceleration.squaredNorm();
+      if (whole > 0)
+        support_[sphere] -= sign * inverse_mass_[sphere] * impulse.dot(acceleration) / whole;
+    };
+    add(contact.sphere, 1);
+    if (contact.other >= 0) add(contact.other, -1);
+  }
+  for (double& support : support_) support = std::clamp(support, 0.0, 1.0);
 }
 
 [[gnu::always_inline]] inline ImpulseSolver::Sides ImpulseSolver::load(int batch) const {
@@ -302,9 +357,8 @@ void ImpulseSolver::find_free_motions(std::span<const SphereContact> contacts,
     const SphereContact& contact = contacts[row.contact];
     Vec3 acceleration = step.acceleration[contact.sphere];
     if (contact.other >= 0) acceleration -= step.acceleration[contact.other];
-    const double time = row.is_impact ? row.impact_time : 0.5 * step.length;
     const Vec3 at_end = velocity_at(contact);
-    free_motions_.push_back({at_end, at_end - (step.length - time) * acceleration});
+    free_motions_.push_back({at_end, at_end - (step.length - row.time) * acceleration});
   }
 }
 
@@ -450,7 +504,7 @@ void ImpulseSolver::find_velocities(std::span<const SphereContact> contacts,
   // A contact that meets no other one then has the impulse of Newton's law to its last digits.
   for (Row& row : rows_) solve_exactly(contacts[row.contact], row.target, row);
   limit_energy(contacts);
-  keep(contacts, step.length);
+  keep(contacts, step);
   for (std::size_t i = 0; i < velocity.size(); ++i) {
     velocity[i] = velocity_[i];
     spin[i] = turning_[i] / radius_[i];
@@ -468,12 +522,19 @@ void ImpulseSolver::find_displacements(const ImpulseStep& step, std::span<const 
               other = batches_.others_of(batch_of(row.place))[lane_of(row.place)];
     const LaneRows& rows = lanes_of(row);
     const Vec3 impulse = row.impulse * get_lane(rows.normal, lane_of(row.place)) + row.tangential;
-    const double share = 0.5 - row.impact_time / step.length;
+    const double share = 0.5 - row.time / step.length;
     mean[sphere] += share * inverse_mass_[sphere] * impulse;
     if (other != batches_.nobody()) mean[other] -= share * inverse_mass_[other] * impulse;
   }
 }
 
-void ImpulseSolver::transfer(StateArchive& archive) { archive(kept_, kept_length_, sweeps_); }
+void ImpulseSolver::forget() {
+  kept_.clear();
+  std::ranges::fill(support_, 0.0);
+}
+
+void ImpulseSolver::transfer(StateArchive& archive) {
+  archive(kept_, kept_length_, support_, sweeps_);
+}
 
 }  // namespace weft::sim

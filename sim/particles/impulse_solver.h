@@ -55,8 +55,8 @@ class ImpulseSolver {
                           std::span<Vec3> mean) const;
   // Returns the moment of inertia (kg m^2) of a sphere about its centre, 0 if it does not spin.
   double inertia(int sphere) const { return inertia_[sphere]; }
-  // Forgets the impulses of the last step.
-  void forget() { kept_.clear(); }
+  // Forgets the impulses of the last step, and what rests.
+  void forget();
   void transfer(StateArchive& archive);
   // Returns the number of sweeps over velocities so far.
   std::int64_t sweeps() const { return sweeps_; }
@@ -76,7 +76,7 @@ class ImpulseSolver {
     int place = 0;    // in the batches
     bool is_impact = false;
     bool parts = false;                           // true for an impact from which the sides rebound
-    double impact_time = 0;                       // s, within the step
+    double time = 0;                              // s, within the step, when the impulse acts
     double target = 0;                            // m/s, least normal velocity at the end
     double normal_mass = 0, tangential_mass = 0;  // kg
     double impulse = 0;                           // kg m/s, along the normal
@@ -115,9 +115,12 @@ class ImpulseSolver {
 
   void start(const ImpulseStep& step, std::span<const Vec3> spin);
   void make_rows(std::span<const SphereContact> contacts, const ImpulseStep& step);
+  double parting_acceleration(const SphereContact& contact, const ImpulseStep& step) const;
+  double least_rebound(const SphereContact& contact, const ImpulseStep& step) const;
   bool set_target(const SphereContact& contact, const ImpulseStep& step, Row& row) const;
   void take_kept(std::span<const SphereContact> contacts, double length);
-  void keep(std::span<const SphereContact> contacts, double length);
+  void keep(std::span<const SphereContact> contacts, const ImpulseStep& step);
+  void find_support(std::span<const SphereContact> contacts, const ImpulseStep& step);
   void add_row(const SphereContact& contact, Row& row);
   Vec3 velocity_at(const SphereContact& contact) const;
   LaneRows& lanes_of(const Row& row) { return lanes_[batch_of(row.place)]; }
@@ -139,6 +142,9 @@ class ImpulseSolver {
   double least_gap(const SphereContact& contact) const;
 
   std::vector<double> radius_, inverse_mass_, turning_share_, inertia_, rest_gap_;
+  // The share of the acceleration of a free sphere that contacts at rest took up in the last step,
+  // by sphere.
+  std::vector<double> support_;
   double unit_mass_;                      // kg, that of the lightest sphere
   std::vector<Vec3> velocity_, turning_;  // m/s, by sphere, without impulses until take_impulses()
   std::vector<Change> change_;  // by sphere; the last one is that of no sphere and stays at rest

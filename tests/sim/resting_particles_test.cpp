@@ -1,0 +1,190 @@
+// Rigid particles by impulses that come to rest, and what strikes those that rest.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "sim/simulation/simulation.h"
+#include "tests/sim/simulated_case.h"
+
+namespace weft::sim::resting_particles_test {
+namespace {
+
+constexpr double gravity = 9.81;
+// Height (m) of a ball's centre on the floor: the radius, half the floor's thickness, the rest gap.
+constexpr double rest_height = 0.02 + 0.5e-3 + 0.02e-3;
+
+const std::string ball_on_floor = R"(
+[time]
+method = "impulses"
+duration = 20
+step = 4e-3
+[[particles]]
+name = "ball"
+radius = 0.02
+restitution = 0.5
+friction = 0
+positions = { type = "grid", count = [1, 1, 1], centre = [0.003, 0.001, 0.5] }
+[[obstacle]]
+name = "floor"
+shape = { type = "rectangle", size = [4, 4], resolution = [5, 5] }
+)";
+
+Simulation simulate(const std::string& text, const Overrides& overrides) {
+  return Simulation(build_scene(parse_case(text, "test.toml", overrides)));
+}
+
+std::string place_above_rest(double height) {
+  return "particles.ball.positions.centre=[0.003, 0.001, " + std::to_string(rest_height + height) +
+         "]";
+}
+
+// Balls fall onto a floor within a rim, by default in a column of six.
+const std::string falling_balls = R"(
+[time]
+method = "impulses"
+duration = 20
+[[particles]]
+name = "ball"
+radius = 0.02
+friction = 0.4
+positions = { type = "grid", count = [1, 1, 6], centre = [0, 0, 0.3] }
+[[obstacle]]
+name = "floor"
+shape = { type = "disc", radius = 0.3, resolution = [5] }
+[[obstacle]]
+name = "rim"
+position = [0, 0, 0.4]
+shape = { type = "cylinder", radius = 0.12, length = 0.8, resolution = [3, 64] }
+)";
+
+// Returns the root mean square (m/s) of the vertical speeds of all balls during half a second from
+// `time`. Balls that have rolled off others may roll on.
+double mean_speed_from(double time, const Overrides& overrides) {
+  Simulation simulation = simulate(falling_balls, overrides);
+  if (const auto failure = simulation.advance(time)) ADD_FAILURE() << failure->text;
+  double sum = 0;
+  int count = 0;
+  while (simulation.time() < time + 0.5) {
+    if (const auto failure = simulation.step()) {
+      ADD_FAILURE() << failure->text;
+      break;
+    }
+    for (const Vec3& velocity : simulation.velocity("ball")) {
+      sum += velocity.z() * velocity.z();
+      ++count;
+    }
+  }
+  return std::sqrt(sum / count);
+}
+
+// Balls of this size that fall for half a step of the default length are as fast as 0.022 m/s. Two
+// balls with 0.95 bounce for ten seconds.
+TEST(RestingParticles, RestInColumns) {
+  for (const char* restitution : {"0.5", "0.8", "0.9", "0.95"}) {
+    for (const char* number : {"2", "6"}) {
+      const double speed = mean_speed_from(
+          12, {std::string("particles.ball.restitution=") + restitution,
+               std::string("particles.ball.positions.count=[1, 1, ") + number + "]"});
+      EXPECT_LT(speed, 3e-3) << "restitution " << restitution << ", " << number << " balls";
+    }
+  }
+}
+
+TEST(RestingParticles, RestInHeaps) {
+  for (const char* restitution : {"0.5", "0.9", "0.98"}) {
+    const double speed = mean_speed_from(
+        4, {std::string("particles.ball.restitution=") + restitution,
+            "particles.ball.positions.count=[4, 4, 6]", "particles.ball.positions.jitter=0.0015",
+            "particles.ball.positions.centre=[0, 0, 0.35]"});
+    EXPECT_LT(speed, 6e-3) << "restitution " << restitution;
+  }
+}
+
+// Returns the height (m) of a ball's first bounce above `lowest`, or 0 if it makes none in a
+// second.
+double first_bounce(Simulation& simulation, const std::string& name, double lowest) {
+  double last_speed = -1;
+  while (simulation.time() < 1) {
+    if (const auto failure = simulation.step()) {
+      ADD_FAILURE() << failure->text;
+      break;
+    }
+    const double speed = simulation.velocity(name)[0].z();
+    // The apex lies between two steps: height + v^2 / 2 g is constant in free flight.
+    if (last_speed > 0 && speed <= 0)
+      return simulation.position(name)[0].z() - lowest + speed * speed / (2 * gravity);
+    last_speed = speed;
+  }
+  return 0;
+}
+
+// The lower ball takes what strikes it to the floor, as if it were a part of it.
+TEST(RestingParticles, ABallBouncesOnOneThatRests) {
+  const double lowest = rest_height + 2 * 0.02 + 0.02e-3;
+  for (const double fall : {0.03, 0.3}) {
+    const std::string upper = R"(
+[[particles]]
+name = "upper"
+radius = 0.02
+friction = 0
+restitution = 0.5
+positions = { type = "grid", count = [1, 1, 1], centre = [0.003, 0.001, )" +
+                              std::to_string(lowest + fall) + "] }\n";
+    for (const std::string& text : {ball_on_floor + upper, upper + ball_on_floor}) {
+      for (const char* step : {"1e-3", "2.3e-3", "4e-3"}) {
+        Simulation simulation =
+            simulate(text, {std::string("time.step=") + step, place_above_rest(0)});
+        EXPECT_NEAR(first_bounce(simulation, "upper", lowest) / (0.25 * fall), 1, 0.03)
+            << "fall " << fall << ", step " << step;
+      }
+    }
+  }
+}
+
+// What does not return by its weight bounces at any speed, on the floor too.
+TEST(RestingParticles, SlowBallsThatRestBounceSideways) {
+  const std::string wall = R"(
+[[obstacle]]
+name = "wall"
+position = [0.1, 0, 0]
+rotation_deg = [0, 90, 0]
+shape = { type = "rectangle", size = [2, 2], resolution = [3, 3] }
+)";
+  Simulation simulation =
+      simulate(ball_on_floor + wall, {place_above_rest(0), "particles.ball.velocity=[0.06, 0, 0]",
+                                      "particles.ball.restitution=0.9"});
+  const auto failure = simulation.advance(2);
+  ASSERT_FALSE(failure) << failure->text;
+  EXPECT_NEAR(simulation.velocity("ball")[0].x(), -0.9 * 0.06, 1e-4);
+}
+
+// A ball that is caught bears its weight from the impact on, and does not hop.
+TEST(RestingParticles, ABallWithoutRestitutionStaysWhereItFalls) {
+  for (const double fall : {1e-3, 2e-3, 5e-3, 0.02}) {
+    Simulation simulation =
+        simulate(ball_on_floor, {"particles.ball.restitution=0", place_above_rest(fall)});
+    double highest = 0;
+    while (simulation.time() < 0.3) {
+      const auto failure = simulation.step();
+      ASSERT_FALSE(failure) << failure->text;
+      if (simulation.time() > std::sqrt(2 * fall / gravity) + 4e-3)
+        highest = std::max(highest, simulation.position("ball")[0].z() - rest_height);
+    }
+    EXPECT_LT(highest, 5e-6) << "fall " << fall;
+  }
+}
+
+TEST(RestingParticles, ABallThatRisesIsNotStoppedByWhatItLeaves) {
+  const double start = 0.03, step = 4e-3;
+  Simulation simulation =
+      simulate(ball_on_floor, {place_above_rest(2e-6), "particles.ball.velocity=[0, 0, 0.03]"});
+  const auto failure = simulation.step();
+  ASSERT_FALSE(failure) << failure->text;
+  EXPECT_NEAR(simulation.velocity("ball")[0].z(), start - gravity * step, 1e-9);
+}
+
+}  // namespace
+}  // namespace weft::sim::resting_particles_test
