@@ -108,7 +108,7 @@ class ImpulseIntegrator final : public Integrator {
   IntegratorCounts counts() const override { return counts_; }
   void restart(double time, std::span<const double> y) override;
   void transfer(StateArchive& archive) override {
-    archive(time_, start_time_, state_, before_, spin_, spin_before_, counts_, own_.pairs,
+    archive(time_, start_time_, state_, before_, spin_, spin_before_, kicks_, counts_, own_.pairs,
             own_.smallest_gap);
     solver_.transfer(archive);
     displacements_.transfer(archive);
@@ -135,6 +135,8 @@ class ImpulseIntegrator final : public Integrator {
   std::optional<Failure> thrown_sphere() const;
   Failure failure(const SphereContact& contact) const;
   void note_contacts(std::span<const SphereContact> contacts);
+  template <class Use>
+  void for_each_kick(double time, const Use& use) const;
   // Returns the part of the last step that precedes `time`.
   double share_of_step(double time) const { return (time - start_time_) / (time_ - start_time_); }
 
@@ -161,6 +163,7 @@ class ImpulseIntegrator final : public Integrator {
   double time_ = 0, start_time_ = 0;      // s, end and start of the last step
   std::vector<double> state_, before_;    // at time_ and at start_time_
   std::vector<Vec3> spin_, spin_before_;  // rad/s, by sphere
+  std::vector<Kick> kicks_;               // of the last step
   IntegratorCounts counts_;
   OwnContact own_;
   // Scratch of a step, by sphere.
@@ -169,6 +172,7 @@ class ImpulseIntegrator final : public Integrator {
   std::vector<double> squared_speed_;  // m^2/s^2
   std::vector<char> changed_;
   std::vector<SphereContact> contacts_, overlaps_;
+  std::vector<Kick> new_kicks_;
 };
 
 double ImpulseIntegrator::default_step() const {
@@ -276,6 +280,7 @@ std::optional<Failure> ImpulseIntegrator::step() {
   std::ranges::copy(velocity_, x + count_);
   spin_before_.swap(spin_);
   spin_.swap(turned_);
+  kicks_.swap(new_kicks_);
   start_time_ = time_;
   time_ += *length;
   ++counts_.steps;
@@ -340,6 +345,7 @@ double ImpulseIntegrator::obstacle_travel(double end, double farthest) const {
 std::optional<Failure> ImpulseIntegrator::collide(const SphereStart& start,
                                                   const ImpulseStep& step) {
   if (!scene_.spheres_collide) {
+    new_kicks_.clear();
     for (int i = 0; i < count_; ++i) {
       velocity_[i] = step.velocity[i] + step.length * step.acceleration[i];
       mean_[i] = 0.5 * (step.velocity[i] + velocity_[i]);
@@ -353,6 +359,7 @@ std::optional<Failure> ImpulseIntegrator::collide(const SphereStart& start,
   {
     const PhaseTimer timer(dynamics_.statistics().phases.linear_solve);
     solver_.find_velocities(contacts_, step, velocity_, turned_);
+    solver_.find_kicks(contacts_, new_kicks_);
     solver_.find_displacements(step, velocity_, mean_);
     displacements_.start(contacts_, step.length, mean_);
     displacements_.correct();
@@ -454,8 +461,16 @@ double ImpulseIntegrator::spin_energy_at(double time) const {
   return sum;
 }
 
+// Calls use(kick, part) for the kicks of the last step. A straight line between the values at both
+// ends of the step, plus `part` times every kick, jumps where impacts do.
+template <class Use>
+void ImpulseIntegrator::for_each_kick(double time, const Use& use) const {
+  const double share = share_of_step(time);
+  for (const Kick& kick : kicks_) use(kick, (start_time_ + kick.time <= time ? 1 : 0) - share);
+}
+
 // Between the ends of a step, spheres are interpolated along straight paths, on which the
-// constraints of contacts hold too.
+// constraints of contacts hold too. Their velocities are those before and after impacts.
 std::optional<Failure> ImpulseIntegrator::state_at(double time, std::span<double> y) const {
   if (time >= time_) {
     std::ranges::copy(state_, y.begin());
@@ -463,6 +478,10 @@ std::optional<Failure> ImpulseIntegrator::state_at(double time, std::span<double
   }
   const double share = share_of_step(time);
   for (std::size_t i = 0; i < y.size(); ++i) y[i] = before_[i] + share * (state_[i] - before_[i]);
+  auto* const velocity = reinterpret_cast<Vec3*>(y.data()) + count_;
+  for_each_kick(time, [&](const Kick& kick, double part) {
+    velocity[kick.sphere] += part * Vec3(kick.velocity.data());
+  });
   return std::nullopt;
 }
 
@@ -471,6 +490,9 @@ std::vector<Vec3> ImpulseIntegrator::spins_at(double time) const {
   const double share = share_of_step(time);
   std::vector<Vec3> spins = spin_before_;
   for (int i = 0; i < count_; ++i) spins[i] += share * (spin_[i] - spin_before_[i]);
+  for_each_kick(time, [&](const Kick& kick, double part) {
+    spins[kick.sphere] += part * Vec3(kick.spin.data());
+  });
   return spins;
 }
 
@@ -479,6 +501,7 @@ void ImpulseIntegrator::restart(double time, std::span<const double> y) {
   time_ = start_time_ = time;
   state_.assign(y.begin(), y.end());
   before_ = state_;
+  kicks_.clear();
   solver_.forget();
   displacements_.forget();
   ++counts_.restarts;

@@ -528,6 +528,35 @@ void ImpulseSolver::find_displacements(const ImpulseStep& step, std::span<const 
   }
 }
 
+void ImpulseSolver::find_kicks(std::span<const SphereContact> contacts,
+                               std::vector<Kick>& kicks) const {
+  kicks.clear();
+  const auto is_impact = [](const Row& row) { return row.is_impact && row.impulse != 0; };
+  std::vector<int> impacts(radius_.size(), 0);
+  for (const Row& row : rows_) {
+    const SphereContact& contact = contacts[row.contact];
+    if (!is_impact(row)) continue;
+    ++impacts[contact.sphere];
+    if (contact.other >= 0) ++impacts[contact.other];
+  }
+  const auto add = [&](const Row& row, int sphere, const Vec3& impulse, const Vec3& turn) {
+    const Vec3 velocity = inverse_mass_[sphere] * impulse,
+               spin = turning_share_[sphere] / radius_[sphere] * turn;
+    kicks.push_back(
+        {sphere, row.time, {velocity[0], velocity[1], velocity[2]}, {spin[0], spin[1], spin[2]}});
+  };
+  for (const Row& row : rows_) {
+    const SphereContact& contact = contacts[row.contact];
+    const bool is_lone =
+        impacts[contact.sphere] == 1 && (contact.other < 0 || impacts[contact.other] == 1);
+    if (!is_impact(row) || !is_lone) continue;
+    const Vec3 impulse = row.impulse * contact.normal + row.tangential;
+    const Vec3 turn = -contact.normal.cross(row.tangential);
+    add(row, contact.sphere, impulse, turn);
+    if (contact.other >= 0) add(row, contact.other, -impulse, turn);
+  }
+}
+
 void ImpulseSolver::forget() {
   kept_.clear();
   std::ranges::fill(support_, 0.0);

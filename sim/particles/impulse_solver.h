@@ -1,6 +1,8 @@
 // Velocities and displacements of rigid spheres in contact, during one step.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -19,6 +21,14 @@ struct ImpulseStep {
   double resting_speed = 0;            // m/s; spheres that would part more slowly rest instead
   std::span<const Vec3> velocity;      // m/s, at the start
   std::span<const Vec3> acceleration;  // m/s^2, of a free sphere, constant during the step
+};
+
+// What an impact does to the motion of one sphere.
+struct Kick {
+  std::int64_t sphere = 0;
+  double time = 0;                   // s, from the start of the step
+  std::array<double, 3> velocity{};  // m/s, change
+  std::array<double, 3> spin{};      // rad/s, change
 };
 
 // Solves for the impulses of contacts by projected Gauss-Seidel sweeps over batches of contacts
@@ -53,6 +63,10 @@ class ImpulseSolver {
   // have come before.
   void find_displacements(const ImpulseStep& step, std::span<const Vec3> velocity,
                           std::span<Vec3> mean) const;
+  // Lists what impacts do in the last solution, to each sphere, where they are the only ones of
+  // their spheres: several that answer each other do not act in the order of their times.
+  // `contacts` are those that find_velocities() had.
+  void find_kicks(std::span<const SphereContact> contacts, std::vector<Kick>& kicks) const;
   // Returns the moment of inertia (kg m^2) of a sphere about its centre, 0 if it does not spin.
   double inertia(int sphere) const { return inertia_[sphere]; }
   // Forgets the impulses of the last step, and what rests.

@@ -76,6 +76,37 @@ TEST(Particles, BounceToTheHeightsOfNewtonsLaw) {
   }
 }
 
+// Looks between the ends of the step with the first impact, after which the ball still slides.
+TEST(Particles, HaveTheVelocitiesOfTheirTimeBetweenSteps) {
+  const double e = 0.6, friction = 0.1, across = 2;
+  const Overrides overrides{"time.step=8e-3", "particles.0.restitution=0.6",
+                            "particles.0.velocity=[2, 0, 0]", "particles.0.friction=0.1"};
+  Simulation simulation = simulate(ball, overrides);
+  const double impact = std::sqrt(2 * (0.5 - 0.02052) / gravity), speed = gravity * impact;
+  const double slowed = friction * (1 + e) * speed;
+  double before = 0;
+  while (simulation.time() < impact) {
+    before = simulation.time();
+    ASSERT_FALSE(simulation.step());
+  }
+  Simulation restored = simulate(ball, overrides);
+  restored.restore(simulation.save());
+  std::vector<double> y(simulation.state().size()), again(y.size());
+  for (double time = before; time < simulation.time(); time += 0.4e-3) {
+    ASSERT_FALSE(simulation.state_at(time, y));
+    ASSERT_FALSE(restored.state_at(time, again));
+    EXPECT_EQ(y, again);
+    const bool is_after = time > impact;
+    const Vec3 velocity = StateView::of(y).velocity[0],
+               exact(across - (is_after ? slowed : 0), 0,
+                     -gravity * time + (is_after ? (1 + e) * speed : 0));
+    EXPECT_LT((velocity - exact).norm(), 1e-4) << "at " << time << " s";
+    const Vec3 spin(0, is_after ? 2.5 * slowed / 0.02 : 0, 0);
+    EXPECT_LT((simulation.integrator().spins_at(time)[0] - spin).norm(), 1e-2)
+        << "at " << time << " s";
+  }
+}
+
 // A plane inclined by `degrees`, with a ball that touches it.
 std::string slope(double degrees, double friction, bool spin) {
   const double angle = degrees * std::acos(-1.0) / 180, distance = 0.02 + 0.5e-3 + 2e-5;
@@ -254,9 +285,17 @@ positions = { type = "grid", count = [1, 1, 1], centre = [0.2, 0, 0] }
           "[[contact.pair]]\nbetween = [\"other\", \"one\"]\nrestitution = " + std::to_string(e) +
           "\n";
     Simulation simulation = simulate(whole, pair);
-    if (const auto failure = simulation.advance(0.6)) ADD_FAILURE() << failure->text;
     const double m = simulation.scene().mass[0], n = simulation.scene().mass[1];
     const double mean = (m * 1 - n * 0.5) / (m + n);
+    std::vector<double> y(simulation.state().size());
+    for (double time = 0.9e-3; time < 0.5; time += 1.7e-3) {
+      while (simulation.time() < time) ASSERT_FALSE(simulation.step());
+      ASSERT_FALSE(simulation.state_at(time, y));
+      const std::span<const Vec3> velocity = StateView::of(y).velocity;
+      EXPECT_NEAR(m * velocity[0].x() + n * velocity[1].x(), (m + n) * mean, 1e-12);
+    }
+    if (const auto failure = simulation.advance(0.6 - simulation.time()))
+      ADD_FAILURE() << failure->text;
     EXPECT_NEAR(simulation.velocity("one")[0].x(), mean - e * 1.5 * n / (m + n), 1e-9) << e;
     EXPECT_NEAR(simulation.velocity("other")[0].x(), mean + e * 1.5 * m / (m + n), 1e-9) << e;
     // The places follow from the time of the impact, at a gap of a thousandth of the radius.
@@ -363,6 +402,22 @@ TEST(Particles, GainNoEnergyByManyElasticImpacts) {
   EXPECT_LT(smooth.sum, 1e-2);
   EXPECT_GT(smooth.last, 0.998);
   EXPECT_LT(energy_gains(60, {"particles.balls.friction=0.3"}).sum, 1e-2);
+}
+
+// Several impacts of one ball in a step do not happen in the order of their times.
+TEST(Particles, HaveNoEnergyTooMuchBetweenSteps) {
+  Simulation simulation = simulate(box_of_elastic_balls(), {});
+  const double first = simulation.energies().total();
+  std::vector<double> y(simulation.state().size());
+  double before = 0;
+  while (simulation.time() < 20) {
+    const auto failure = simulation.step();
+    ASSERT_FALSE(failure) << failure->text;
+    const double middle = 0.5 * (before + simulation.time());
+    ASSERT_FALSE(simulation.state_at(middle, y));
+    EXPECT_LT(simulation.summary_of(middle, y).energies.total(), 1.01 * first) << middle << " s";
+    before = simulation.time();
+  }
 }
 
 // Six layers of sixteen balls fill the box, so that impulses pass through all of them.
