@@ -531,13 +531,12 @@ void ImpulseSolver::find_displacements(const ImpulseStep& step, std::span<const 
 void ImpulseSolver::find_kicks(std::span<const SphereContact> contacts,
                                std::vector<Kick>& kicks) const {
   kicks.clear();
-  const auto is_impact = [](const Row& row) { return row.is_impact && row.impulse != 0; };
-  std::vector<int> impacts(radius_.size(), 0);
+  std::vector<int> impulses(radius_.size(), 0);
   for (const Row& row : rows_) {
     const SphereContact& contact = contacts[row.contact];
-    if (!is_impact(row)) continue;
-    ++impacts[contact.sphere];
-    if (contact.other >= 0) ++impacts[contact.other];
+    if (row.impulse == 0) continue;
+    ++impulses[contact.sphere];
+    if (contact.other >= 0) ++impulses[contact.other];
   }
   const auto add = [&](const Row& row, int sphere, const Vec3& impulse, const Vec3& turn) {
     const Vec3 velocity = inverse_mass_[sphere] * impulse,
@@ -548,8 +547,8 @@ void ImpulseSolver::find_kicks(std::span<const SphereContact> contacts,
   for (const Row& row : rows_) {
     const SphereContact& contact = contacts[row.contact];
     const bool is_lone =
-        impacts[contact.sphere] == 1 && (contact.other < 0 || impacts[contact.other] == 1);
-    if (!is_impact(row) || !is_lone) continue;
+        impulses[contact.sphere] == 1 && (contact.other < 0 || impulses[contact.other] == 1);
+    if (!row.is_impact || row.impulse == 0 || !is_lone) continue;
     const Vec3 impulse = row.impulse * contact.normal + row.tangential;
     const Vec3 turn = -contact.normal.cross(row.tangential);
     add(row, contact.sphere, impulse, turn);

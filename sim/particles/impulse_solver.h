@@ -63,8 +63,8 @@ class ImpulseSolver {
   // have come before.
   void find_displacements(const ImpulseStep& step, std::span<const Vec3> velocity,
                           std::span<Vec3> mean) const;
-  // Lists what impacts do in the last solution, to each sphere, where they are the only ones of
-  // their spheres: several that answer each other do not act in the order of their times.
+  // Lists what impacts do in the last solution, to each sphere, where no other contact of their
+  // spheres has an impulse: those that answer each other do not act in the order of their times.
   // `contacts` are those that find_velocities() had.
   void find_kicks(std::span<const SphereContact> contacts, std::vector<Kick>& kicks) const;
   // Returns the moment of inertia (kg m^2) of a sphere about its centre, 0 if it does not spin.
