@@ -146,12 +146,14 @@ void refuse_no_estimate(const Case& source) {
 // duration is not longer than that of the case.
 void refuse_to_extend(const RunCommand& command, const std::string& trajectory,
                       const Case& source) {
-  const double duration = read_case(command.case_path, command.overrides).time.duration;
-  if (*command.extend <= duration && !std::filesystem::exists(trajectory)) {
-    throw CaseError({"--extend"},
-                    number_text(*command.extend) + " s is not beyond time.duration, " +
-                        number_text(duration) + " s",
-                    "expected a longer duration");
+  if (!std::filesystem::exists(trajectory)) {
+    const double duration = read_case(command.case_path, command.overrides).time.duration;
+    if (*command.extend <= duration) {
+      throw CaseError({"--extend"},
+                      number_text(*command.extend) + " s is not beyond time.duration, " +
+                          number_text(duration) + " s",
+                      "expected a longer duration");
+    }
   }
   const bool is_static = traits_of(source.time.method).finds_equilibria();
   if (!is_static && !source.time.accuracy) return;
@@ -221,6 +223,14 @@ PilotReport run_pilot(Case& source, bool quiet) {
   return report;
 }
 
+// Tells that nothing of what --extend adds is recorded, if output.frame_times ends before.
+void warn_of_missing_frames(const Case& source, const RunCheckpoint& from) {
+  const std::vector<double>& times = source.output.frame_times;
+  if (times.empty() || from.frames == 0 || times.back() > from.last_frame_time) return;
+  print_notice("output.frame_times has no time after " + number_text(times.back()) +
+               " s: what --extend adds has no frame; --set output.frame_times=[...] may list more");
+}
+
 // Returns the bill before the run. The set-up comprises all costs so far except those of the pilot.
 Bill bill_before_run(const RunCommand& command, const PilotReport& pilot) {
   Bill bill;
@@ -268,6 +278,7 @@ int run_case(const RunCommand& command) {
         print_notice(text);
       };
     }
+    if (command.extend && found.checkpoint) warn_of_missing_frames(scene.source, *found.checkpoint);
     const RunReport report = run_simulation(scene, options);
     bar.clear();
     return finish(command, scene.source, report);

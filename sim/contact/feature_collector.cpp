@@ -62,14 +62,16 @@ double reach_of(const ListReach& reach, int list) {
 // The points, and the quads with such a point, whose pairs are found anew.
 class RenewedParts {
  public:
-  // `points` has one mark per surface point. If it is empty, all points have a mark.
-  RenewedParts(std::span<const char> points, const SceneBody& a, const SceneBody& b)
-      : points_(points) {
-    if (points.empty()) return;
+  // `points` has one mark per surface point. If it is empty, all points have a mark. Where all
+  // points of one body have a mark, every pair has one.
+  RenewedParts(std::span<const char> points, const SceneBody& a, const SceneBody& b) {
+    if (points.empty() || are_all_marked(points, a) || are_all_marked(points, b)) return;
+    points_ = points;
     quads_a_ = quads_of(a);
     if (&a != &b) quads_b_ = quads_of(b);
   }
 
+  // True if all pairs are found anew.
   bool are_all() const { return points_.empty(); }
   bool has_quad_of(const bsi::LeafPair& pair) const {
     const std::vector<char>& of_b = quads_b_.empty() ? quads_a_ : quads_b_;
@@ -80,6 +82,10 @@ class RenewedParts {
   }
 
  private:
+  static bool are_all_marked(std::span<const char> points, const SceneBody& body) {
+    return std::ranges::all_of(points.subspan(body.first_point, body.point_count()),
+                               [](char mark) { return mark != 0; });
+  }
   std::vector<char> quads_of(const SceneBody& body) const {
     if (body.spheres != nullptr) {
       const auto own = points_.subspan(body.first_point, body.point_count());
@@ -319,6 +325,10 @@ Found take_kept(const RenewedParts& renewed, const SurfaceFeatures& a, const Sur
   Found kept;
   for (int which = 0; which < list_count; ++which) {
     kept.lists[which].swap(*lists_of(pairs)[which]);
+    if (renewed.are_all()) {
+      kept.lists[which].clear();
+      continue;
+    }
     std::erase_if(kept.lists[which], [&](const FeaturePair& pair) {
       const bool swapped = which == triangle_vertex;
       return renewed.has_point_of(
@@ -336,6 +346,7 @@ void keep_in_reach(FeatureKind kind, const Batch& batch, const PathEnds& path, d
   } else {
     bsi::find_in_reach_on_paths(kind, path.start, path.end, batch.points, reach, in_reach);
   }
+  out.reserve(out.size() + in_reach.size());
   for (const bsi::PairInReach& found : in_reach) {
     FeaturePair features = batch.features[found.pair];
     const auto distance = static_cast<float>(found.distance);

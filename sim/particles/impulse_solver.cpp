@@ -82,6 +82,7 @@ ImpulseSolver::ImpulseSolver(const Scene& scene) : radius_(sphere_radii(scene)),
     }
   }
   support_.assign(radius_.size(), 0);
+  support_by_spheres_.assign(radius_.size(), 0);
   unit_mass_ = 1 / *std::ranges::max_element(inverse_mass_);
 }
 
@@ -100,16 +101,19 @@ double ImpulseSolver::parting_acceleration(const SphereContact& contact,
                             (1 - support_[b]) * step.acceleration[b]);
 }
 
-// Returns the speed (m/s) above which the sides part after an impact. Where one of them rests on
-// others, the bounce must last several steps.
+// Returns the speed (m/s) above which the sides part after an impact. Bounces must last several
+// steps where the weight brings a sphere that falls back to one that rests, and in a heap, whose
+// spheres rest on each other. Balls that roll on an obstacle part from each other at any speed.
 double ImpulseSolver::least_rebound(const SphereContact& contact, const ImpulseStep& step) const {
-  double least = step.resting_speed;
+  double support = 0, load_in_heap = 0;
   for (const int sphere : {contact.sphere, contact.other}) {
     if (sphere < 0) continue;
-    const double load = support_[sphere] * std::abs(contact.normal.dot(step.acceleration[sphere]));
-    least = std::max(least, 0.5 * least_bounce * step.length * load);
+    const double weight = std::abs(contact.normal.dot(step.acceleration[sphere]));
+    support = std::max(support, support_[sphere]);
+    load_in_heap = std::max(load_in_heap, support_by_spheres_[sphere] * weight);
   }
-  return least;
+  const double load = std::max(load_in_heap, -support * parting_acceleration(contact, step));
+  return std::max(step.resting_speed, 0.5 * least_bounce * step.length * load);
 }
 
 // Sets the least normal velocity at the end of the step, and the time at which the impulse acts.
@@ -232,6 +236,7 @@ void ImpulseSolver::keep(std::span<const SphereContact> contacts, const ImpulseS
 // Finds how much of the acceleration of free spheres the contacts take up that rest.
 void ImpulseSolver::find_support(std::span<const SphereContact> contacts, const ImpulseStep& step) {
   std::ranges::fill(support_, 0.0);
+  std::ranges::fill(support_by_spheres_, 0.0);
   for (const Row& row : rows_) {
     if (row.is_impact || row.impulse == 0) continue;
     const SphereContact& contact = contacts[row.contact];
@@ -239,13 +244,16 @@ void ImpulseSolver::find_support(std::span<const SphereContact> contacts, const 
     const auto add = [&](int sphere, double sign) {
       const Vec3& acceleration = step.acceleration[sphere];
       const double whole = step.length * acceleration.squaredNorm();
-      if (whole > 0)
-        support_[sphere] -= sign * inverse_mass_[sphere] * impulse.dot(acceleration) / whole;
+      if (!(whole > 0)) return;
+      const double share = -sign * inverse_mass_[sphere] * impulse.dot(acceleration) / whole;
+      support_[sphere] += share;
+      if (contact.other >= 0) support_by_spheres_[sphere] += share;
     };
     add(contact.sphere, 1);
     if (contact.other >= 0) add(contact.other, -1);
   }
-  for (double& support : support_) support = std::clamp(support, 0.0, 1.0);
+  for (std::vector<double>* shares : {&support_, &support_by_spheres_})
+    for (double& share : *shares) share = std::clamp(share, 0.0, 1.0);
 }
 
 [[gnu::always_inline]] inline ImpulseSolver::Sides ImpulseSolver::load(int batch) const {
@@ -559,10 +567,11 @@ void ImpulseSolver::find_kicks(std::span<const SphereContact> contacts,
 void ImpulseSolver::forget() {
   kept_.clear();
   std::ranges::fill(support_, 0.0);
+  std::ranges::fill(support_by_spheres_, 0.0);
 }
 
 void ImpulseSolver::transfer(StateArchive& archive) {
-  archive(kept_, kept_length_, support_, sweeps_);
+  archive(kept_, kept_length_, support_, support_by_spheres_, sweeps_);
 }
 
 }  // namespace weft::sim

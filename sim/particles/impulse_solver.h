@@ -157,8 +157,8 @@ class ImpulseSolver {
 
   std::vector<double> radius_, inverse_mass_, turning_share_, inertia_, rest_gap_;
   // The share of the acceleration of a free sphere that contacts at rest took up in the last step,
-  // by sphere.
-  std::vector<double> support_;
+  // by sphere: all contacts, and those with other spheres.
+  std::vector<double> support_, support_by_spheres_;
   double unit_mass_;                      // kg, that of the lightest sphere
   std::vector<Vec3> velocity_, turning_;  // m/s, by sphere, without impulses until take_impulses()
   std::vector<Change> change_;  // by sphere; the last one is that of no sphere and stays at rest

@@ -70,9 +70,21 @@ void check_without_checkpoint(const std::string& trajectory, const Case& source,
   }
 }
 
+// Returns the text by which two cases are compared. Frames may be added to what --extend adds.
+std::string text_to_compare(const Case& source, const ResumeOptions& options,
+                            const RunCheckpoint& checkpoint) {
+  Case compared = source;
+  if (options.extends) {
+    const double former_end = checkpoint.time.duration;
+    std::erase_if(compared.output.frame_times, [&](double time) { return time > former_end; });
+  }
+  return motion_text(compared);
+}
+
 void check_with_checkpoint(const std::string& trajectory, const Case& source,
                            const ResumeOptions& options, const RunCheckpoint& checkpoint) {
-  require_same_case(options, trajectory, checkpoint.case_text, motion_text(source));
+  require_same_case(options, trajectory, checkpoint.case_text,
+                    text_to_compare(source, options, checkpoint));
   require_duration(options, trajectory, checkpoint.time.duration, source.time.duration);
   if (options.estimates_error != checkpoint.estimates_error) {
     refuse_resumption(

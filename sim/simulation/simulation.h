@@ -81,8 +81,8 @@ class Simulation {
   void set_velocity(std::string_view body, std::span<const Vec3> velocity);
 
   // save() returns the simulation as bytes. After restore(), another simulation of the same case
-  // continues with the same bits, in the same build on the same machine. The table [compute] and
-  // time.duration of the two cases may differ. save() throws std::invalid_argument for methods
+  // continues with the same bits, in the same build on the same machine. The table [compute],
+  // time.duration and output.frame_times of the two cases may differ. save() throws std::invalid_argument for methods
   // whose history SUNDIALS keeps (cvode, arkode). restore() throws it for bytes of another case or
   // build; the state of the simulation is then undefined. The cost of restore() is that of the
   // constructor.

@@ -447,5 +447,25 @@ TEST_F(CommandResume, ExtendsACompleteRun) {
             std::string::npos);
 }
 
+// The end of a run has no frame unless output.frame_times lists it.
+TEST_F(CommandResume, TellsThatWhatIsAddedHasNoFrame) {
+  write("test.toml", hanging_case("duration = 0.02\n[output]\nframe_times = [0, 0.01]"));
+  run("out", exit_code::done);
+  const Result longer = weft(run_arguments("out", {"--extend", "0.03"}));
+  EXPECT_EQ(longer.code, exit_code::done) << longer.err;
+  EXPECT_NE(longer.err.find("output.frame_times has no time after 0.01 s"), std::string::npos)
+      << longer.err;
+  EXPECT_EQ(TrajectoryReader(path("out/test.h5").string()).frames(), 2);
+
+  const Result more = weft(
+      run_arguments("out", {"--extend", "0.05", "--set", "output.frame_times=[0, 0.01, 0.04]"}));
+  EXPECT_EQ(more.code, exit_code::done) << more.err;
+  EXPECT_EQ(more.err.find("has no time after"), std::string::npos) << more.err;
+  EXPECT_EQ(TrajectoryReader(path("out/test.h5").string()).time(2), 0.04);
+  // What the run has passed already cannot have a frame any more.
+  run("out", exit_code::bad_case,
+      {"--extend", "0.06", "--set", "output.frame_times=[0, 0.01, 0.02, 0.04]"});
+}
+
 }  // namespace
 }  // namespace weft::sim::command_resume_test

@@ -161,6 +161,55 @@ shape = { type = "rectangle", size = [2, 2], resolution = [3, 3] }
   EXPECT_NEAR(simulation.velocity("ball")[0].x(), -0.9 * 0.06, 1e-4);
 }
 
+// Two balls on a floor, the left one of which is faster, with gravity along and into the floor.
+struct Followers {
+  double gravity_along, speed, excess, other_radius;
+};
+
+// Returns the speed at which the balls part, divided by `excess`, the speed at which they met.
+double parting_share(const Followers& of) {
+  const std::string other = R"(
+[[particles]]
+name = "other"
+radius = )" + std::to_string(of.other_radius) +
+                            R"(
+restitution = 0.9
+friction = 0
+velocity = [)" + std::to_string(of.speed) +
+                            R"(, 0, 0]
+positions = { type = "grid", count = [1, 1, 1], centre = [-0.95, 0.001, )" +
+                            std::to_string(of.other_radius * 1.001 + 0.5e-3) + "] }\n";
+  const double along = of.gravity_along;
+  Simulation simulation =
+      simulate(ball_on_floor + other,
+               {"particles.ball.positions.centre=[-1, 0.001, " + std::to_string(rest_height) + "]",
+                "particles.ball.velocity=[" + std::to_string(of.speed + of.excess) + ", 0, 0]",
+                "particles.ball.restitution=0.9",
+                "world.gravity=[" + std::to_string(along) + ", 0, " +
+                    std::to_string(-std::sqrt(gravity * gravity - along * along)) + "]"});
+  double share = 0;
+  while (simulation.time() < 1 && share <= 0) {
+    if (const auto failure = simulation.step()) {
+      ADD_FAILURE() << failure->text;
+      break;
+    }
+    share = (simulation.velocity("other")[0].x() - simulation.velocity("ball")[0].x()) / of.excess;
+  }
+  return share;
+}
+
+// No weight brings them together again, so that they part however slow they are.
+TEST(RestingParticles, BallsThatRollDownASlopePartFromEachOther) {
+  EXPECT_NEAR(parting_share({0, 0, 0.05, 0.02}), 0.9, 0.01);
+  EXPECT_NEAR(parting_share({0.5 * gravity, 0.1, 0.05, 0.02}), 0.9, 0.01);
+}
+
+// Their normal is inclined: the smaller one is pressed to the floor, the larger one is not lifted.
+TEST(RestingParticles, BallsOfOtherSizesPartFromEachOther) {
+  EXPECT_NEAR(parting_share({0, 0, 0.05, 0.01}), 0.9, 0.1);
+  EXPECT_NEAR(parting_share({0, 0, 0.1, 0.005}), 0.9, 0.1);
+}
+
 // A ball that is caught bears its weight from the impact on, and does not hop.
 TEST(RestingParticles, ABallWithoutRestitutionStaysWhereItFalls) {
   for (const double fall : {1e-3, 2e-3, 5e-3, 0.02}) {
