@@ -83,6 +83,7 @@ ImpulseSolver::ImpulseSolver(const Scene& scene) : radius_(sphere_radii(scene)),
   }
   support_.assign(radius_.size(), 0);
   support_by_spheres_.assign(radius_.size(), 0);
+  impulse_count_.assign(radius_.size(), 0);
   unit_mass_ = 1 / *std::ranges::max_element(inverse_mass_);
 }
 
@@ -128,7 +129,7 @@ bool ImpulseSolver::set_target(const SphereContact& contact, const ImpulseStep& 
   row.time = 0.5 * length;
   if (time < 0) {
     row.target = gap <= 0 ? 0 : -gap / length;
-    // What stays apart by itself is not slowed down: it may come back in the next step.
+    // Sides that stay apart by themselves are not slowed down: they may come back in the next step.
     if (gap + length * (speed + 0.5 * length * acceleration) >= 0)
       row.target = std::min(row.target, speed + length * acceleration);
     return gap <= touching_share * rest;
@@ -221,39 +222,34 @@ void ImpulseSolver::take_kept(std::span<const SphereContact> contacts, double le
   });
 }
 
+// Keeps the impulses of contacts that rest for the next step, and finds how much of the
+// acceleration of free spheres they take up.
 void ImpulseSolver::keep(std::span<const SphereContact> contacts, const ImpulseStep& step) {
   kept_.clear();
   kept_length_ = step.length;
-  for (const Row& row : rows_) {
-    if (row.is_impact || row.impulse == 0) continue;
-    const Vec3& tangential = row.tangential;
-    kept_.push_back(
-        {contacts[row.contact].key(), row.impulse, {tangential[0], tangential[1], tangential[2]}});
-  }
-  find_support(contacts, step);
-}
-
-// Finds how much of the acceleration of free spheres the contacts take up that rest.
-void ImpulseSolver::find_support(std::span<const SphereContact> contacts, const ImpulseStep& step) {
   std::ranges::fill(support_, 0.0);
   std::ranges::fill(support_by_spheres_, 0.0);
+  std::ranges::fill(impulse_count_, 0);
   for (const Row& row : rows_) {
-    if (row.is_impact || row.impulse == 0) continue;
+    if (row.impulse == 0) continue;
     const SphereContact& contact = contacts[row.contact];
-    const Vec3 impulse = row.impulse * contact.normal + row.tangential;
-    const auto add = [&](int sphere, double sign) {
-      const Vec3& acceleration = step.acceleration[sphere];
-      const double whole = step.length * acceleration.squaredNorm();
-      if (!(whole > 0)) return;
-      const double share = -sign * inverse_mass_[sphere] * impulse.dot(acceleration) / whole;
-      support_[sphere] += share;
-      if (contact.other >= 0) support_by_spheres_[sphere] += share;
-    };
-    add(contact.sphere, 1);
-    if (contact.other >= 0) add(contact.other, -1);
+    const int a = contact.sphere, b = contact.other;
+    ++impulse_count_[a];
+    if (b >= 0) ++impulse_count_[b];
+    if (row.is_impact) continue;
+    const Vec3& tangential = row.tangential;
+    kept_.push_back({contact.key(), row.impulse, {tangential[0], tangential[1], tangential[2]}});
+    const Vec3 impulse = row.impulse * contact.normal + tangential;
+    // Until the end of this loop, support_ has that by obstacles alone.
+    (b < 0 ? support_ : support_by_spheres_)[a] -= impulse.dot(step.acceleration[a]);
+    if (b >= 0) support_by_spheres_[b] += impulse.dot(step.acceleration[b]);
   }
-  for (std::vector<double>* shares : {&support_, &support_by_spheres_})
-    for (double& share : *shares) share = std::clamp(share, 0.0, 1.0);
+  for (std::size_t i = 0; i < support_.size(); ++i) {
+    const double whole = step.length * step.acceleration[i].squaredNorm() / inverse_mass_[i];
+    const auto share = [&](double taken) { return taken > 0 ? std::min(taken / whole, 1.0) : 0.0; };
+    support_[i] = share(support_[i] + support_by_spheres_[i]);
+    support_by_spheres_[i] = share(support_by_spheres_[i]);
+  }
 }
 
 [[gnu::always_inline]] inline ImpulseSolver::Sides ImpulseSolver::load(int batch) const {
@@ -539,13 +535,6 @@ void ImpulseSolver::find_displacements(const ImpulseStep& step, std::span<const 
 void ImpulseSolver::find_kicks(std::span<const SphereContact> contacts,
                                std::vector<Kick>& kicks) const {
   kicks.clear();
-  std::vector<int> impulses(radius_.size(), 0);
-  for (const Row& row : rows_) {
-    const SphereContact& contact = contacts[row.contact];
-    if (row.impulse == 0) continue;
-    ++impulses[contact.sphere];
-    if (contact.other >= 0) ++impulses[contact.other];
-  }
   const auto add = [&](const Row& row, int sphere, const Vec3& impulse, const Vec3& turn) {
     const Vec3 velocity = inverse_mass_[sphere] * impulse,
                spin = turning_share_[sphere] / radius_[sphere] * turn;
@@ -553,10 +542,11 @@ void ImpulseSolver::find_kicks(std::span<const SphereContact> contacts,
         {sphere, row.time, {velocity[0], velocity[1], velocity[2]}, {spin[0], spin[1], spin[2]}});
   };
   for (const Row& row : rows_) {
+    if (!row.is_impact || row.impulse == 0) continue;
     const SphereContact& contact = contacts[row.contact];
-    const bool is_lone =
-        impulses[contact.sphere] == 1 && (contact.other < 0 || impulses[contact.other] == 1);
-    if (!row.is_impact || row.impulse == 0 || !is_lone) continue;
+    const bool is_lone = impulse_count_[contact.sphere] == 1 &&
+                         (contact.other < 0 || impulse_count_[contact.other] == 1);
+    if (!is_lone) continue;
     const Vec3 impulse = row.impulse * contact.normal + row.tangential;
     const Vec3 turn = -contact.normal.cross(row.tangential);
     add(row, contact.sphere, impulse, turn);

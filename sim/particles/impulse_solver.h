@@ -23,7 +23,7 @@ struct ImpulseStep {
   std::span<const Vec3> acceleration;  // m/s^2, of a free sphere, constant during the step
 };
 
-// What an impact does to the motion of one sphere.
+// The change of the motion of one sphere by an impact.
 struct Kick {
   std::int64_t sphere = 0;
   double time = 0;                   // s, from the start of the step
@@ -134,7 +134,6 @@ class ImpulseSolver {
   bool set_target(const SphereContact& contact, const ImpulseStep& step, Row& row) const;
   void take_kept(std::span<const SphereContact> contacts, double length);
   void keep(std::span<const SphereContact> contacts, const ImpulseStep& step);
-  void find_support(std::span<const SphereContact> contacts, const ImpulseStep& step);
   void add_row(const SphereContact& contact, Row& row);
   Vec3 velocity_at(const SphereContact& contact) const;
   LaneRows& lanes_of(const Row& row) { return lanes_[batch_of(row.place)]; }
@@ -159,6 +158,7 @@ class ImpulseSolver {
   // The share of the acceleration of a free sphere that contacts at rest took up in the last step,
   // by sphere: all contacts, and those with other spheres.
   std::vector<double> support_, support_by_spheres_;
+  std::vector<int> impulse_count_;        // contacts with an impulse in this step, by sphere
   double unit_mass_;                      // kg, that of the lightest sphere
   std::vector<Vec3> velocity_, turning_;  // m/s, by sphere, without impulses until take_impulses()
   std::vector<Change> change_;  // by sphere; the last one is that of no sphere and stays at rest

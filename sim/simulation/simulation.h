@@ -82,10 +82,10 @@ class Simulation {
 
   // save() returns the simulation as bytes. After restore(), another simulation of the same case
   // continues with the same bits, in the same build on the same machine. The table [compute],
-  // time.duration and output.frame_times of the two cases may differ. save() throws std::invalid_argument for methods
-  // whose history SUNDIALS keeps (cvode, arkode). restore() throws it for bytes of another case or
-  // build; the state of the simulation is then undefined. The cost of restore() is that of the
-  // constructor.
+  // time.duration and output.frame_times of the two cases may differ. save() throws
+  // std::invalid_argument for methods whose history SUNDIALS keeps (cvode, arkode). restore()
+  // throws it for bytes of another case or build; the state of the simulation is then undefined.
+  // The cost of restore() is that of the constructor.
   std::string save() const;
   void restore(std::string_view bytes);
   // checkpoint() is save() for all methods: those whose history SUNDIALS keeps are saved without

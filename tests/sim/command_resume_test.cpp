@@ -462,7 +462,7 @@ TEST_F(CommandResume, TellsThatWhatIsAddedHasNoFrame) {
   EXPECT_EQ(more.code, exit_code::done) << more.err;
   EXPECT_EQ(more.err.find("has no time after"), std::string::npos) << more.err;
   EXPECT_EQ(TrajectoryReader(path("out/test.h5").string()).time(2), 0.04);
-  // What the run has passed already cannot have a frame any more.
+  // Times that the run has passed already cannot have a frame any more.
   run("out", exit_code::bad_case,
       {"--extend", "0.06", "--set", "output.frame_times=[0, 0.01, 0.02, 0.04]"});
 }

@@ -144,7 +144,7 @@ positions = { type = "grid", count = [1, 1, 1], centre = [0.003, 0.001, )" +
   }
 }
 
-// What does not return by its weight bounces at any speed, on the floor too.
+// A ball that does not return by its weight bounces at any speed, on the floor too.
 TEST(RestingParticles, SlowBallsThatRestBounceSideways) {
   const std::string wall = R"(
 [[obstacle]]
