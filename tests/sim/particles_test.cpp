@@ -7,6 +7,7 @@
 #include "bsi/proximity.h"
 #include "sim/motion/dynamics.h"
 #include "sim/simulation/simulation.h"
+#include "tests/sim/ball_on_floor.h"
 #include "tests/sim/simulated_case.h"
 
 namespace weft::sim::particles_test {
@@ -14,29 +15,13 @@ namespace {
 
 constexpr double gravity = 9.81;
 
-// One ball above a floor. Tests override its place and its laws.
-const std::string ball = R"(
-[time]
-method = "impulses"
-duration = 2
-[[particles]]
-name = "ball"
-radius = 0.02
-restitution = 0.5
-friction = 0
-positions = { type = "grid", count = [1, 1, 1], centre = [0.003, 0.001, 0.5] }
-[[obstacle]]
-name = "floor"
-shape = { type = "rectangle", size = [4, 4], resolution = [5, 5] }
-)";
-
 Simulation simulate(const std::string& text, const Overrides& overrides) {
   return Simulation(build_scene(parse_case(text, "test.toml", overrides)));
 }
 
 // Returns the heights of the first bounces above the place where the ball rests.
 std::vector<double> bounce_heights(const Overrides& overrides, std::size_t count) {
-  Simulation simulation = simulate(ball, overrides);
+  Simulation simulation = simulate(ball_on_floor, overrides);
   const double rest = 0.02 + 0.5e-3;
   std::vector<double> heights;
   double highest = 0, last_speed = -1;
@@ -81,7 +66,7 @@ TEST(Particles, HaveTheVelocitiesOfTheirTimeBetweenSteps) {
   const double e = 0.6, friction = 0.1, across = 2;
   const Overrides overrides{"time.step=8e-3", "particles.0.restitution=0.6",
                             "particles.0.velocity=[2, 0, 0]", "particles.0.friction=0.1"};
-  Simulation simulation = simulate(ball, overrides);
+  Simulation simulation = simulate(ball_on_floor, overrides);
   const double impact = std::sqrt(2 * (0.5 - 0.02052) / gravity), speed = gravity * impact;
   const double slowed = friction * (1 + e) * speed;
   double before = 0;
@@ -89,7 +74,7 @@ TEST(Particles, HaveTheVelocitiesOfTheirTimeBetweenSteps) {
     before = simulation.time();
     ASSERT_FALSE(simulation.step());
   }
-  Simulation restored = simulate(ball, overrides);
+  Simulation restored = simulate(ball_on_floor, overrides);
   restored.restore(simulation.save());
   std::vector<double> y(simulation.state().size()), again(y.size());
   for (double time = before; time < simulation.time(); time += 0.4e-3) {
@@ -154,10 +139,10 @@ TEST(Particles, RollDownASlope) {
 
 TEST(Particles, StopAfterTheDistanceOfFriction) {
   for (const std::string step : {"5e-4", "3e-3"}) {
-    Simulation simulation =
-        simulate(ball, {"time.step=" + step, "particles.0.positions.centre=[-1, 0.01, 0.0206]",
-                        "particles.0.velocity=[2, 0, 0]", "particles.0.spin=false",
-                        "particles.0.friction=0.25"});
+    Simulation simulation = simulate(
+        ball_on_floor,
+        {"time.step=" + step, "particles.0.positions.centre=[-1, 0.01, 0.0206]",
+         "particles.0.velocity=[2, 0, 0]", "particles.0.spin=false", "particles.0.friction=0.25"});
     if (const auto failure = simulation.advance(2)) ADD_FAILURE() << failure->text;
     const double exact = 2 * 2 / (2 * 0.25 * gravity);
     EXPECT_NEAR((simulation.position("ball")[0].x() + 1) / exact, 1, 0.01) << step;
@@ -167,8 +152,8 @@ TEST(Particles, StopAfterTheDistanceOfFriction) {
 
 TEST(Particles, FallWithTheDragOfAir) {
   Simulation simulation =
-      simulate(ball, {"particles.0.drag_coefficient=0.47", "particles.0.density=20",
-                      "particles.0.positions.centre=[0, 0, 30]", "time.step=2e-3"});
+      simulate(ball_on_floor, {"particles.0.drag_coefficient=0.47", "particles.0.density=20",
+                               "particles.0.positions.centre=[0, 0, 30]", "time.step=2e-3"});
   if (const auto failure = simulation.advance(1.5)) ADD_FAILURE() << failure->text;
   // v = w tanh(g t / w), with the terminal speed w at which the drag equals the weight.
   const double area = std::acos(-1.0) * 0.02 * 0.02, mass = 20 * 4.0 / 3 * area * 0.02;
@@ -405,7 +390,7 @@ TEST(Particles, GainNoEnergyByManyElasticImpacts) {
 }
 
 // A heavy ball falls on a light one at rest, which pushes the floor in the same step.
-const std::string heavy_on_light = ball + R"(
+const std::string heavy_on_light = ball_on_floor + R"(
 [[particles]]
 name = "heavy"
 radius = 0.02

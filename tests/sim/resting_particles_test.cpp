@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim/simulation/simulation.h"
+#include "tests/sim/ball_on_floor.h"
 #include "tests/sim/simulated_case.h"
 
 namespace weft::sim::resting_particles_test {
@@ -15,22 +16,6 @@ namespace {
 constexpr double gravity = 9.81;
 // Height (m) of a ball's centre on the floor: the radius, half the floor's thickness, the rest gap.
 constexpr double rest_height = 0.02 + 0.5e-3 + 0.02e-3;
-
-const std::string ball_on_floor = R"(
-[time]
-method = "impulses"
-duration = 20
-step = 4e-3
-[[particles]]
-name = "ball"
-radius = 0.02
-restitution = 0.5
-friction = 0
-positions = { type = "grid", count = [1, 1, 1], centre = [0.003, 0.001, 0.5] }
-[[obstacle]]
-name = "floor"
-shape = { type = "rectangle", size = [4, 4], resolution = [5, 5] }
-)";
 
 Simulation simulate(const std::string& text, const Overrides& overrides) {
   return Simulation(build_scene(parse_case(text, "test.toml", overrides)));
@@ -153,9 +138,9 @@ position = [0.1, 0, 0]
 rotation_deg = [0, 90, 0]
 shape = { type = "rectangle", size = [2, 2], resolution = [3, 3] }
 )";
-  Simulation simulation =
-      simulate(ball_on_floor + wall, {place_above_rest(0), "particles.ball.velocity=[0.06, 0, 0]",
-                                      "particles.ball.restitution=0.9"});
+  Simulation simulation = simulate(ball_on_floor + wall, {place_above_rest(0), "time.step=4e-3",
+                                                          "particles.ball.velocity=[0.06, 0, 0]",
+                                                          "particles.ball.restitution=0.9"});
   const auto failure = simulation.advance(2);
   ASSERT_FALSE(failure) << failure->text;
   EXPECT_NEAR(simulation.velocity("ball")[0].x(), -0.9 * 0.06, 1e-4);
@@ -182,7 +167,8 @@ positions = { type = "grid", count = [1, 1, 1], centre = [-0.95, 0.001, )" +
   const double along = of.gravity_along;
   Simulation simulation =
       simulate(ball_on_floor + other,
-               {"particles.ball.positions.centre=[-1, 0.001, " + std::to_string(rest_height) + "]",
+               {"time.step=4e-3",
+                "particles.ball.positions.centre=[-1, 0.001, " + std::to_string(rest_height) + "]",
                 "particles.ball.velocity=[" + std::to_string(of.speed + of.excess) + ", 0, 0]",
                 "particles.ball.restitution=0.9",
                 "world.gravity=[" + std::to_string(along) + ", 0, " +
@@ -213,8 +199,8 @@ TEST(RestingParticles, BallsOfOtherSizesPartFromEachOther) {
 // A ball that is caught bears its weight from the impact on, and does not hop.
 TEST(RestingParticles, ABallWithoutRestitutionStaysWhereItFalls) {
   for (const double fall : {1e-3, 2e-3, 5e-3, 0.02}) {
-    Simulation simulation =
-        simulate(ball_on_floor, {"particles.ball.restitution=0", place_above_rest(fall)});
+    Simulation simulation = simulate(
+        ball_on_floor, {"time.step=4e-3", "particles.ball.restitution=0", place_above_rest(fall)});
     double highest = 0;
     while (simulation.time() < 0.3) {
       const auto failure = simulation.step();
@@ -228,8 +214,8 @@ TEST(RestingParticles, ABallWithoutRestitutionStaysWhereItFalls) {
 
 TEST(RestingParticles, ABallThatRisesIsNotStoppedByWhatItLeaves) {
   const double start = 0.03, step = 4e-3;
-  Simulation simulation =
-      simulate(ball_on_floor, {place_above_rest(2e-6), "particles.ball.velocity=[0, 0, 0.03]"});
+  Simulation simulation = simulate(ball_on_floor, {"time.step=4e-3", place_above_rest(2e-6),
+                                                   "particles.ball.velocity=[0, 0, 0.03]"});
   const auto failure = simulation.step();
   ASSERT_FALSE(failure) << failure->text;
   EXPECT_NEAR(simulation.velocity("ball")[0].z(), start - gravity * step, 1e-9);
