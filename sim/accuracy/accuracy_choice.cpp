@@ -30,7 +30,7 @@ const std::vector<CalibratedMethod>& methods() {
   return all;
 }
 
-constexpr CalibrationRow table[] = {
+constexpr CalibrationRow calibration_rows[] = {
 #include "sim/accuracy/calibration_table.inc"
 };
 
@@ -52,7 +52,7 @@ struct Option {
 
 std::vector<CalibrationRow> rows_of(const CalibratedMethod& method, bool meetings) {
   std::vector<CalibrationRow> rows;
-  for (const CalibrationRow& row : table) {
+  for (const CalibrationRow& row : calibration_rows) {
     if (row.meetings == meetings && std::string(row.method) == method.name) rows.push_back(row);
   }
   return rows;

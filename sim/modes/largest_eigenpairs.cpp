@@ -72,7 +72,7 @@ class Operator {
   double scale_ = 1;
 };
 
-double magnitude(const Eigenpair& pair) { return std::abs(pair.value); }
+double magnitude_of(const Eigenpair& pair) { return std::abs(pair.value); }
 
 // Returns all pairs, by a dense solver.
 std::vector<Eigenpair> dense_pairs(const Operator& of) {
@@ -130,15 +130,15 @@ std::optional<std::vector<Eigenpair>> largest_eigenpairs(const Matrix& a, const 
   count = std::min(count, static_cast<int>(a.rows()));
   if (a.rows() <= 2 * count + more_vectors) {
     pairs = dense_pairs(of);
-    std::ranges::stable_sort(pairs, std::ranges::greater{}, magnitude);
+    std::ranges::stable_sort(pairs, std::ranges::greater{}, magnitude_of);
   } else {
     int missing = count;
     for (int search = 0; missing > 0 && search < most_searches; ++search) {
       if (!add_pairs(of, missing, pairs)) return std::nullopt;
-      std::ranges::stable_sort(pairs, std::ranges::greater{}, magnitude);
-      const double least = (1 + separation) * magnitude(pairs[count - 1]);
+      std::ranges::stable_sort(pairs, std::ranges::greater{}, magnitude_of);
+      const double least = (1 + separation) * magnitude_of(pairs[count - 1]);
       const auto larger = std::ranges::count_if(
-          pairs, [&](const Eigenpair& each) { return magnitude(each) > least; });
+          pairs, [&](const Eigenpair& each) { return magnitude_of(each) > least; });
       missing = least > 0 ? count_larger(a, f, least) - static_cast<int>(larger) : 0;
     }
     if (missing > 0) return std::nullopt;

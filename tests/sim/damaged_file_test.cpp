@@ -78,7 +78,7 @@ shape = { type = "sphere", radius = 0.1, resolution = [3] }
 
 // Under the sanitizers, each process takes ten times as long.
 #ifdef __SANITIZE_ADDRESS__
-constexpr int damages = 100;
+constexpr int damages = 60;
 #else
 constexpr int damages = 300;
 #endif
