@@ -120,9 +120,10 @@ class SurfaceContact {
   // Announces that the next evaluate() is at the first iterate of a Newton iteration, and the ones
   // after it at the others. Where sliding has turned back since the last iterate, the slope of
   // friction (Sliding) is then that of the secant from rest: a correction with the derivative,
-  // which is zero in full friction, has leapt past rest, and the next one would leap back
-  // (docs/decisions/0096).
-  void begin_newton() { begins_newton_ = true; }
+  // which is zero in full friction, has leapt past rest, and the next one would leap back. With a
+  // given number of corrections and keep_matrix_definite(), all friction has the slope of its
+  // secant at the first three iterates (docs/decisions/0096).
+  void begin_newton() { iterate_ = 0; }
   // Holds samples, in later evaluations, to the anchors that the history selects, and lets go of
   // them by contact.sticking_distance. Without this call, contacts that stick creep.
   void use_anchors(const AnchorHistory& anchors) { anchors_ = &anchors; }
@@ -302,7 +303,9 @@ class SurfaceContact {
   PairFriction friction_;
   SphereContactLaws spheres_;
   bool definite_ = false;
-  bool begins_newton_ = false;
+  // Number of evaluations since begin_newton(), which is that of the next iterate. Negative without
+  // begin_newton().
+  int iterate_ = -1;
   // Velocities of all points (m/s) at the last iterate. Empty without begin_newton().
   std::vector<Vec3> last_velocity_;
   std::vector<Vec3> rest_;                   // rest positions of all points, m

@@ -128,6 +128,17 @@ TEST(Contact, DampingBlocksAreTheSlopeOfTheForceInVelocity) {
   }
 }
 
+// Evaluates contact at an iterate, and returns the product of its matrix for `gamma` (s) with the
+// velocities.
+std::vector<Vec3> product_at(Contact& contact, const Scene& scene, const RandomState& iterate,
+                             double gamma) {
+  forces_at(contact, scene, iterate);
+  std::vector<Vec3> product(scene.dynamic_particles, Vec3::Zero());
+  contact.add_product(gamma, std::span<const Vec3>(iterate.velocity).first(product.size()),
+                      product);
+  return product;
+}
+
 // Beyond friction_speed, friction has no slope along the sliding velocity. An iterate that slides
 // against the last one gets the secant there: the product with its own sliding velocity is the
 // friction, but for its sign. The next iterate, which does not turn back, has the derivative again.
@@ -139,29 +150,48 @@ TEST(Contact, FrictionHasTheSlopeOfItsSecantWhereAnIterateTurnsBack) {
   for (Vec3& v : state.velocity) v *= 1e4;
   for (std::size_t i = 0; i < back.velocity.size(); ++i) back.velocity[i] = -state.velocity[i];
   const double gamma = 1e-9;
-  const auto product_at = [&](const RandomState& iterate) {
-    forces_at(contact, *scene, iterate);
-    std::vector<Vec3> product(scene->dynamic_particles, Vec3::Zero());
-    contact.add_product(gamma, std::span<const Vec3>(iterate.velocity).first(product.size()),
-                        product);
-    return product;
-  };
-  const std::vector<Vec3> derivative = product_at(back);
+  const std::vector<Vec3> derivative = product_at(contact, *scene, back, gamma);
   contact.begin_newton();
-  product_at(state);
-  const std::vector<Vec3> turned = product_at(back), after = product_at(back);
-  std::vector<Vec3> normal(scene->dynamic_particles, Vec3::Zero()), friction = normal;
+  product_at(contact, *scene, state, gamma);
+  const std::vector<Vec3> turned = product_at(contact, *scene, back, gamma);
+  EXPECT_EQ(product_at(contact, *scene, back, gamma), derivative);
+  std::vector<Vec3> normal(turned.size(), Vec3::Zero()), friction = normal;
   contact.add_forces(normal, friction);
   double difference = 0, size = 0;
-  for (int i = 0; i < scene->dynamic_particles; ++i) {
-    EXPECT_EQ(after[i], derivative[i]);
+  for (std::size_t i = 0; i < turned.size(); ++i) {
     difference += ((turned[i] - derivative[i]) / gamma + friction[i]).squaredNorm();
     size += friction[i].squaredNorm();
   }
   EXPECT_GT(size, 0);
   EXPECT_LT(std::sqrt(difference / size), 1e-6);
   contact.begin_newton();
-  EXPECT_EQ(product_at(back), derivative);
+  EXPECT_EQ(product_at(contact, *scene, back, gamma), derivative);
+}
+
+// With a given number of corrections, the first three iterates have the secant wherever they slide,
+// as one that turns back has it at any iterate.
+TEST(Contact, FrictionHasTheSlopeOfItsSecantAtFirstIteratesOfGivenCorrections) {
+  const auto scene =
+      build_scene(parse_case(two_sheets(0.4, 0), "test.toml",
+                             {"time.method=\"euler\"", "time.newton=1", "time.step=1e-3"}));
+  Statistics statistics;
+  Contact contact(*scene, statistics);
+  contact.keep_matrix_definite();
+  RandomState state = random_state(*scene, 2), back = state;
+  for (Vec3& v : state.velocity) v *= 1e4;
+  for (std::size_t i = 0; i < back.velocity.size(); ++i) back.velocity[i] = -state.velocity[i];
+  const double gamma = 1e-9;
+  const std::vector<Vec3> derivative = product_at(contact, *scene, state, gamma);
+  for (int solve = 0; solve < 2; ++solve) {
+    contact.begin_newton();
+    const std::vector<Vec3> secant = product_at(contact, *scene, state, gamma);
+    EXPECT_NE(secant, derivative);
+    for (int iterate = 1; iterate < 3; ++iterate)
+      EXPECT_EQ(product_at(contact, *scene, state, gamma), secant);
+    EXPECT_EQ(product_at(contact, *scene, state, gamma), derivative);
+    product_at(contact, *scene, back, gamma);
+    EXPECT_EQ(product_at(contact, *scene, state, gamma), secant);
+  }
 }
 
 TEST(Contact, ForcesBetweenBodiesSumToZeroAndDissipate) {
