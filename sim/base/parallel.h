@@ -1,7 +1,6 @@
 // Parallel loops whose results do not depend on the number of threads.
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cstdint>
 #include <span>
@@ -91,31 +90,12 @@ inline void parallel_set_zero(std::span<Vec3> vectors, int threads) {
   });
 }
 
-// Numbers that a processor adds at once.
-using SumLanes = Eigen::Array<double, 8, 1>;
-
-// Returns the sum of term(values[i]...) for i in [first, last). `term` takes numbers or arrays of
-// them. Sixteen interleaved sums are formed, and added in a fixed order. In a single sum, every
-// addition would wait for the one before, since the compiler may not reorder them.
-template <class Term, class... Values>
-double sum_of_terms(int first, int last, const Term& term, const Values*... values) {
-  constexpr int lanes = SumLanes::SizeAtCompileTime;
-  SumLanes even = SumLanes::Zero(), odd = SumLanes::Zero();
-  int i = first;
-  for (; i + 2 * lanes <= last; i += 2 * lanes) {
-    even += term(Eigen::Map<const SumLanes>(values + i)...);
-    odd += term(Eigen::Map<const SumLanes>(values + i + lanes)...);
-  }
-  double rest = 0;
-  for (; i < last; ++i) rest += term(values[i]...);
-  return (even + odd).sum() + rest;
-}
-
 // Returns the dot product of two arrays of equal size.
 inline double dot(std::span<const Vec3> a, std::span<const Vec3> b, int threads) {
-  const auto product = [](const auto& x, const auto& y) { return x * y; };
   return parallel_sum(static_cast<int>(a.size()), threads, [&](int first, int last) {
-    return sum_of_terms(3 * first, 3 * last, product, a.data()->data(), b.data()->data());
+    double sum = 0;
+    for (int i = first; i < last; ++i) sum += a[i].dot(b[i]);
+    return sum;
   });
 }
 

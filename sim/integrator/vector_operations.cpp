@@ -33,18 +33,14 @@ void for_each(int count, const Operation& operation) {
   });
 }
 
-// Returns the sum of term(x[i], y[i]). `term` takes numbers or arrays of them.
 template <class Term>
-double sum_of(N_Vector x, N_Vector y, const Term& term) {
-  const int count = length(x);
+double sum_of(int count, const Term& term) {
   return parallel_sum(count, threads_for(count), [&](int first, int last) {
-    return sum_of_terms(first, last, term, data(x), data(y));
+    double sum = 0;
+#pragma omp simd reduction(+ : sum)
+    for (int i = first; i < last; ++i) sum += term(i);
+    return sum;
   });
-}
-
-double square_sum(N_Vector x, N_Vector weight) {
-  return sum_of(x, weight,
-                [](const auto& value, const auto& w) { return (value * w) * (value * w); });
 }
 
 void linear_sum(realtype a, N_Vector x, realtype b, N_Vector y, N_Vector z) {
@@ -95,11 +91,14 @@ void add_constant(N_Vector x, realtype b, N_Vector z) {
 }
 
 realtype dot_product(N_Vector x, N_Vector y) {
-  return sum_of(x, y, [](const auto& a, const auto& b) { return a * b; });
+  const double *xs = data(x), *ys = data(y);
+  return sum_of(length(x), [=](int i) { return xs[i] * ys[i]; });
 }
 
 realtype weighted_rms_norm(N_Vector x, N_Vector w) {
-  return std::sqrt(square_sum(x, w) / length(x));
+  const double *xs = data(x), *ws = data(w);
+  const int count = length(x);
+  return std::sqrt(sum_of(count, [=](int i) { return (xs[i] * ws[i]) * (xs[i] * ws[i]); }) / count);
 }
 
 realtype maximum_norm(N_Vector x) {
@@ -109,7 +108,10 @@ realtype maximum_norm(N_Vector x) {
   return largest;
 }
 
-realtype weighted_norm(N_Vector x, N_Vector w) { return std::sqrt(square_sum(x, w)); }
+realtype weighted_norm(N_Vector x, N_Vector w) {
+  const double *xs = data(x), *ws = data(w);
+  return std::sqrt(sum_of(length(x), [=](int i) { return (xs[i] * ws[i]) * (xs[i] * ws[i]); }));
+}
 
 int linear_combination(int count, realtype* c, N_Vector* vectors, N_Vector z) {
   double* zs = data(z);

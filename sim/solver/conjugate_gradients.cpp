@@ -46,8 +46,7 @@ ConjugateGradients::ConjugateGradients(const VelocityMatrix& matrix, MassOperato
       residual_(matrix.dynamics().particle_count()),
       preconditioned_(residual_.size()),
       direction_(residual_.size()),
-      product_(residual_.size()),
-      weight_by_mass_(residual_.size()) {}
+      product_(residual_.size()) {}
 
 ConjugateGradients::Outcome ConjugateGradients::solve(std::span<const Vec3> right_side,
                                                       std::span<const Vec3> weight,
@@ -65,7 +64,6 @@ ConjugateGradients::Outcome ConjugateGradients::solve(std::span<const Vec3> righ
   // for alpha = 0.
   parallel_set_zero(direction_, threads);
   parallel_set_zero(product_, threads);
-  weigh_by_mass(weight);
   outcome.residual = start_residual_ = advance(0, solve);
   preconditioner_.start_solve(start_residual_);
   iterate(solve, outcome);
@@ -73,13 +71,6 @@ ConjugateGradients::Outcome ConjugateGradients::solve(std::span<const Vec3> righ
   outcome.multigrid = preconditioner_.is_multigrid();
   outcome.multigrid_set_ups = preconditioner_.multigrid_set_ups();
   return outcome;
-}
-
-void ConjugateGradients::weigh_by_mass(std::span<const Vec3> weight) {
-  const std::vector<double>& mass = matrix_.scene().mass;
-  parallel_chunks(static_cast<int>(weight.size()), matrix_.threads(), [&](int first, int last) {
-    for (int i = first; i < last; ++i) weight_by_mass_[i] = weight[i] / mass[i];
-  });
 }
 
 bool ConjugateGradients::should_stop(int iterations) const {
@@ -171,7 +162,7 @@ double ConjugateGradients::advance(double alpha, const Solve& solve) {
     double sum = 0, largest = 0, dv = 0;
   };
   const std::vector<double>& mass = matrix_.scene().mass;
-  const bool needs_inertia = solve.goal.error < 1;
+  const std::span<const Vec3> weight = solve.weight;
   Vec3* const dv = solve.dv.data();
   const int count = static_cast<int>(residual_.size());
   const auto parts =
@@ -179,10 +170,11 @@ double ConjugateGradients::advance(double alpha, const Solve& solve) {
         for (int i = first; i < last; ++i) {
           dv[i] += alpha * direction_[i];
           residual_[i] -= alpha * product_[i];
-          const double square = residual_[i].cwiseProduct(weight_by_mass_[i]).squaredNorm();
+          const double square =
+              residual_[i].cwiseProduct(weight[i]).squaredNorm() / (mass[i] * mass[i]);
           part.largest = std::max(part.largest, square);
           part.sum += square;
-          if (needs_inertia) part.dv += mass[i] * dv[i].squaredNorm();
+          part.dv += mass[i] * dv[i].squaredNorm();
         }
       });
   Part all;

@@ -69,7 +69,6 @@ class ConjugateGradients {
     std::span<Vec3> dv;
   };
 
-  void weigh_by_mass(std::span<const Vec3> weight);
   void iterate(const Solve& solve, Outcome& outcome);
   bool should_stop(int iterations) const;
   bool is_reached(const Solve& solve, double residual);
@@ -87,13 +86,12 @@ class ConjugateGradients {
   std::function<bool()> stop_;
   std::vector<Vec3> residual_, preconditioned_;
   std::vector<Vec3> direction_, product_;  // search direction p, and A p
-  std::vector<Vec3> weight_by_mass_;       // weights of the present solve, divided by Scene::mass
   double rho_ = 1, curvature_ = 0;         // r . P r, and p . A p
   bool is_exact_ = false;                  // true if products with A must be formed in double
   bool has_single_products_ = false;  // true if the residual contains single-precision products
   double start_residual_ = 0;  // residual at the start or at the last rebuild of coarse matrices
   std::vector<double> gains_;  // decrease of the squared error in each iteration of this solve
-  double dv_square_ = 0;       // dv . M dv, with Scene::mass in place of M; only with an error goal
+  double dv_square_ = 0;       // dv . M dv, with Scene::mass in place of M
 };
 
 }  // namespace weft::sim

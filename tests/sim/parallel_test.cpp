@@ -68,34 +68,6 @@ TEST(ParallelParts, AreInTheOrderOfTheChunks) {
   EXPECT_EQ(joined, expected);
 }
 
-// Sums of small integers are exact in any order.
-TEST(SumOfTerms, CountsEveryNumberOnce) {
-  std::vector<double> a(80), b(80);
-  for (int i = 0; i < 80; ++i) {
-    a[i] = i + 1;
-    b[i] = 1 + i * i % 17;
-  }
-  for (int first = 0; first < 4; ++first) {
-    for (int last = first; last <= 80; ++last) {
-      const double expected =
-          std::inner_product(a.begin() + first, a.begin() + last, b.begin() + first, 0.0);
-      const auto product = [](const auto& x, const auto& y) { return x * y; };
-      EXPECT_EQ(sum_of_terms(first, last, product, a.data(), b.data()), expected) << first << last;
-    }
-  }
-}
-
-TEST(Dot, IsTheSumOfProducts) {
-  std::vector<Vec3> a(777), b(777);
-  double expected = 0;
-  for (int i = 0; i < 777; ++i) {
-    a[i] = Vec3(i, i % 5, 3);
-    b[i] = Vec3(1, 2, i % 7);
-    expected += i + 2 * (i % 5) + 3 * (i % 7);
-  }
-  for (const int threads : {1, 2, 3}) EXPECT_EQ(dot(a, b, threads), expected);
-}
-
 TEST(ParallelVectors, AreCopiedAndSetWhole) {
   std::vector<Vec3> from(777), to(777, Vec3::Constant(-1));
   for (int i = 0; i < 777; ++i) from[i] = Vec3(i, 2, 3);
