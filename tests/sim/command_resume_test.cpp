@@ -164,7 +164,7 @@ TEST_F(CommandResume, GoesOnAfterATerminationALimitAndAFullDisk) {
     EXPECT_EQ(process.wait(), 143);
   }
   const std::string limit =
-      "compute.cpu_limit=" + std::to_string(whole.at("cpu_s").get<double>() / 3);
+      "compute.cpu_limit=" + std::to_string(whole.at("cpu_s").get<double>() / 6);
   run("out", exit_code::numerical_failure, {"--resume", "--set", limit});
   const auto most = static_cast<rlim_t>(
       0.7 * static_cast<double>(std::filesystem::file_size(path("whole/test.h5"))));
