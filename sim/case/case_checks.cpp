@@ -23,8 +23,8 @@ namespace weft::sim {
 
 namespace {
 
-// Largest tolerances per contact.range, from measurements. Looser tolerances let the integrator
-// accept states with nonsensical strain.
+// Largest tolerances per contact.range. The barrier is steep: positions that are wrong by a
+// noticeable part of a gap mean forces that are wrong by a large factor.
 constexpr double position_tolerance_per_range = 0.005;
 constexpr double velocity_tolerance_per_range = 0.5;  // 1/s
 // Highest BDF order that needs neither damping nor a tight tolerance. Orders 3 to 5 need both.
@@ -146,7 +146,7 @@ class CaseChecker {
     if (!case_.awaits_accuracy() && case_.time.position_tolerance > position_limit * rounding) {
       fail(first_given("time.position_tolerance", "contact.range"),
            "a position_tolerance of " + number_text(case_.time.position_tolerance) +
-               " m gives nonsense strain with a contact.range of " + number_text(range) + " m",
+               " m is too loose for a contact.range of " + number_text(range) + " m",
            "expected a position_tolerance <= 0.005 of contact.range, " +
                rounded_text(position_limit) + " m");
     }
@@ -155,7 +155,7 @@ class CaseChecker {
         *case_.time.velocity_tolerance > velocity_limit * rounding) {
       fail("time.velocity_tolerance",
            "a velocity_tolerance of " + number_text(*case_.time.velocity_tolerance) +
-               " m/s gives nonsense strain with a contact.range of " + number_text(range) + " m",
+               " m/s is too loose for a contact.range of " + number_text(range) + " m",
            "expected a velocity_tolerance <= 0.5 /s of contact.range, " +
                rounded_text(velocity_limit) + " m/s");
     }

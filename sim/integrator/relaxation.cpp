@@ -16,6 +16,10 @@ namespace {
 constexpr double first_pseudo_step = 0.05;
 constexpr double longest_pseudo_step = 1e4;    // s
 constexpr double shortest_pseudo_step = 1e-6;  // s
+// Longest pseudo-step h, times the highest frequency w of the bodies. K has no stiffness against
+// motions of a free body as a whole, only rounding errors, which are 1e-16 (h w)^2 times M in the
+// matrix M + h^2 K. Linear solves begin to fail where these exceed M.
+constexpr double longest_in_vibrations = 1e7;
 // Pseudo-steps of at least this length (s) are close to Newton steps: their corrections measure the
 // distance from the equilibrium.
 constexpr double newton_step = 1;
@@ -109,7 +113,7 @@ Relaxation::End Relaxation::descend_at(double hardness, std::span<double> y, int
       continue;
     }
     if (taken == 1 && is_at_rest(fraction, hardness < 1)) return End::at_rest;
-    pseudo_step_ = taken == 1 ? std::min(growth * pseudo_step_, longest_pseudo_step)
+    pseudo_step_ = taken == 1 ? std::min(growth * pseudo_step_, longest_useful_step())
                               : std::max(taken, 0.3) * pseudo_step_;
   }
   return End::slow;
@@ -185,11 +189,19 @@ bool Relaxation::path_is_safe(std::span<const double> y) {
   return !fault_;
 }
 
+// Returns the length (s) beyond which a pseudo-step only loses digits. Precondition: matrices have
+// been assembled.
+double Relaxation::longest_useful_step() {
+  return std::min(longest_pseudo_step, longest_in_vibrations / system_.highest_frequency());
+}
+
 // True if the pseudo-step is long and the residual forces are small. At full stiffness, the last
 // correction must also move no particle by more than time.position_tolerance. Without applied
 // forces, the pseudo-step must be the longest, and the residual is not judged.
-bool Relaxation::is_at_rest(double fraction, bool softened) const {
-  if (pseudo_step_ < (goal_->acceleration == 0 ? longest_pseudo_step : newton_step)) return false;
+bool Relaxation::is_at_rest(double fraction, bool softened) {
+  const double longest = longest_useful_step();
+  if (pseudo_step_ < (goal_->acceleration == 0 ? longest : std::min(newton_step, longest)))
+    return false;
   if (!softened) {
     double largest_move = 0;
     for (const Vec3& way : StateView::of(correction_).position)

@@ -56,7 +56,8 @@ class Relaxation {
   double take_correction(std::span<double> y);
   double pull() const;
   bool path_is_safe(std::span<const double> y);
-  bool is_at_rest(double fraction, bool softened) const;
+  double longest_useful_step();
+  bool is_at_rest(double fraction, bool softened);
   double least_hardness() const;
 
   const Scene& scene_;
