@@ -46,7 +46,7 @@ void AcceptedStep::restart(double time, std::span<const double> y) {
   dynamics_.restart_history(time_, state_);
 }
 
-void AcceptedStep::interpolate(double time, std::span<double> y) const {
+void AcceptedStep::interpolate(double time, std::span<double> y, int order) const {
   const double h = time_ - start_time_;
   const double s = (time - start_time_) / h;
   const std::size_t half = y.size() / 2;
@@ -55,8 +55,9 @@ void AcceptedStep::interpolate(double time, std::span<double> y) const {
     const double v0 = other_state_[half + i], v1 = state_[half + i];
     y[i] = (1 - s) * (1 - s) * ((1 + 2 * s) * x0 + s * h * v0) +
            s * s * ((3 - 2 * s) * x1 - (1 - s) * h * v1);
-    y[half + i] =
-        6 * s * (1 - s) * (x1 - x0) / h + (1 - s) * (1 - 3 * s) * v0 + s * (3 * s - 2) * v1;
+    y[half + i] = order == 1 ? (1 - s) * v0 + s * v1
+                             : 6 * s * (1 - s) * (x1 - x0) / h + (1 - s) * (1 - 3 * s) * v0 +
+                                   s * (3 * s - 2) * v1;
   }
 }
 

@@ -52,10 +52,11 @@ class AcceptedStep {
   // Continues from the state `y` at `time` (s), without a last step.
   void restart(double time, std::span<const double> y);
 
-  // Writes the state at `time` (s) within the step to `y`. Positions follow the cubic that matches
-  // positions and velocities at both ends of the step, velocities its derivative. Precondition:
-  // has_start().
-  void interpolate(double time, std::span<double> y) const;
+  // Writes the state at `time` (s) within the step to `y`, of a method of this order. Positions
+  // follow the cubic that matches positions and velocities at both ends of the step. Velocities are
+  // its derivative or, for order 1, change evenly: a step of backward Euler moves by h v_1, so that
+  // the derivative passes v_1 by a quarter of the change. Precondition: has_start().
+  void interpolate(double time, std::span<double> y, int order) const;
   // Applies settle_frame() to `y`, the state interpolated at `time` within the step. Precondition:
   // has_start().
   [[nodiscard]] std::optional<Failure> settle(double time, std::span<double> y) const;

@@ -98,6 +98,7 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   void* arkode_ = nullptr;
   N_Vector y_ = nullptr;
   SUNNonlinearSolver newton_iteration_ = nullptr;
+  NewtonAttempts attempts_;
   SUNLinearSolver newton_solver_ = nullptr;
   bool implicit_ = true;
   double arkode_time_ = 0;    // time that ARKODE has reached (s); if not time(), ARKODE is reset
@@ -115,7 +116,7 @@ void ArkodeIntegrator::create(bool implicit) {
   std::copy(state().begin(), state().end(), values(y_).begin());
   const ARKRhsFn rate = [](realtype t, N_Vector y, N_Vector out, void* self_pointer) {
     auto& self = *static_cast<ArkodeIntegrator*>(self_pointer);
-    note_iterate(self.newton_iteration_, self.dynamics());
+    if (self.implicit_) self.attempts_.note_iterate(t, self.dynamics());
     auto fault = self.dynamics().rate(t, values(y), values(out));
     if (fault) self.fault_in_step_ = fault;
     return fault ? 1 : 0;

@@ -99,6 +99,7 @@ struct CvodeIntegrator::Implementation {
   // Local errors of the last two steps, multiplied by the error weights.
   N_Vector step_error = nullptr, previous_step_error = nullptr;
   SUNNonlinearSolver newton_iteration = nullptr;
+  NewtonAttempts attempts;
   SUNLinearSolver newton_solver = nullptr;
   double time = 0;  // time that CVODE has reached (s)
   AcceptedStep accepted;
@@ -188,7 +189,7 @@ void CvodeIntegrator::Implementation::set_options() {
 }
 
 int CvodeIntegrator::Implementation::rate(double t, N_Vector state, N_Vector out) {
-  note_iterate(newton_iteration, dynamics);
+  attempts.note_iterate(t, dynamics);
   auto fault = dynamics.rate(t, values(state), values(out));
   if (!fault) return 0;
   last_fault = fault;
@@ -423,7 +424,7 @@ std::optional<Failure> CvodeIntegrator::state_at(double time, std::span<double> 
     CVodeGetDky(self.cvode, time, 0, self.work);
     std::copy(values(self.work).begin(), values(self.work).end(), y.begin());
   } else {
-    accepted.interpolate(time, y);
+    accepted.interpolate(time, y, 2);
   }
   return accepted.settle(time, y);
 }

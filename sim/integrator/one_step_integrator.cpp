@@ -37,6 +37,9 @@ std::optional<StepLimit> limit_of(StepTrouble trouble) {
   return StepLimit::convergence;
 }
 
+// Length (s) of the first step that is tried under error control.
+constexpr double first_trial = 1.0 / 60;
+
 }  // namespace
 
 OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
@@ -47,7 +50,7 @@ OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
                 ? std::optional(1 / scene.source.time.frames_per_second)
                 : scene.source.time.step),
       accepted_(dynamics),
-      size_(step_.value_or(1 / scene.source.time.frames_per_second)) {}
+      size_(step_.value_or(first_trial)) {}
 
 double OneStepIntegrator::grid_time() const {
   const double time = static_cast<double>(completed_steps_ + 1) * *step_;
@@ -215,7 +218,7 @@ std::optional<Failure> OneStepIntegrator::state_at(double time, std::span<double
     std::copy(state().begin(), state().end(), y.begin());
     return std::nullopt;
   }
-  accepted_.interpolate(time, y);
+  accepted_.interpolate(time, y, last_order());
   return accepted_.settle(time, y);
 }
 

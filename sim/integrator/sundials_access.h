@@ -2,8 +2,8 @@
 #pragma once
 
 #include <nvector/nvector_serial.h>
-#include <sundials/sundials_nonlinearsolver.h>
 
+#include <limits>
 #include <span>
 
 #include "sim/motion/dynamics.h"
@@ -23,14 +23,20 @@ inline long counter_of(void* solver, int (*get)(void*, long*)) {
   return value;
 }
 
-// Tells contact about the first iterate of each attempt to solve a step or stage. To be called
-// before each evaluation of the forces in a Newton iteration.
-inline void note_iterate(SUNNonlinearSolver newton, Dynamics& dynamics) {
-  if (newton == nullptr || dynamics.contact() == nullptr) return;
-  int corrections = 0;
-  SUNNonlinSolGetCurIter(newton, &corrections);
-  if (corrections == 0) dynamics.contact()->begin_newton();
-}
+// Tells contact about the first iterate of each attempt to solve a step or stage. Those of the same
+// attempt are at the same time, and different attempts at different times. (The iteration counter
+// of SUNNonlinearSolver is that of the attempt before until the first evaluation has been made.)
+class NewtonAttempts {
+ public:
+  // To be called before each evaluation of the forces at time t (s) in a Newton iteration.
+  void note_iterate(double t, Dynamics& dynamics) {
+    if (t != time_ && dynamics.contact() != nullptr) dynamics.contact()->begin_newton();
+    time_ = t;
+  }
+
+ private:
+  double time_ = std::numeric_limits<double>::quiet_NaN();  // s, of the last evaluation
+};
 
 // Returns the particle with the largest weighted local error in the last trial of a solver whose
 // state is `y`. `get_errors` and `get_weights` are functions of that solver, such as

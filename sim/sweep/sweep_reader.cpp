@@ -235,7 +235,8 @@ std::string sweep_reference_markdown() {
   SweepCase prototype;
   return "# Sweep file reference\n\n"
          "A sweep is a [TOML](https://toml.io) file that names a case and the values of keys that "
-         "vary from run to run.\nThe [guide](guide.md#sweeps) shows its use. Keys of the case are "
+         "vary from run to run.\nThe [guide](guide.md#sweeps-many-runs-of-a-case) shows its use. "
+         "Keys of the case are "
          "written as for `--set`, in quotes: `\"material.cotton.density\"`.\n" +
          reference_sections(describe(prototype));
 }

@@ -262,7 +262,9 @@ void describe_friction(const Scene& scene, std::ostream& out) {
           << counted(uses[i], "pair of bodies", "pairs of bodies") << '\n';
     }
   }
-  if (!contact.friction.is_zero()) return;
+  const bool particles_have_own = std::ranges::any_of(
+      scene.source.particles, [](const ParticlesCase& group) { return group.friction > 0.0; });
+  if (!contact.friction.is_zero() || particles_have_own) return;
   out << (contact.pair.empty() ? "  skipped friction" : "  skipped friction of other pairs")
       << ": contact.friction is 0\n";
 }

@@ -133,6 +133,17 @@ TEST(PairFriction, IsDescribed) {
     EXPECT_NE(text.find(part), std::string::npos) << part << text;
 }
 
+TEST(PairFriction, OfParticlesIsNotDescribedAsSkipped) {
+  const std::string ball =
+      "[[particles]]\nname = \"ball\"\nradius = 0.1\nfriction = 0.4\n"
+      "positions = { type = \"grid\", count = [1, 1, 1] }\n";
+  const auto described = [&](const Overrides& overrides) {
+    return describe_scene(*build_scene(parse_case(ball, "test.toml", overrides)));
+  };
+  EXPECT_EQ(described({}).find("skipped friction"), std::string::npos);
+  EXPECT_NE(described({"particles.ball.friction=0"}).find("skipped friction"), std::string::npos);
+}
+
 // The text of a run has the material of an obstacle only if the case gives one, so that the hash of
 // other cases stays as it was.
 TEST(PairFriction, MaterialOfAnObstacleIsWrittenIfGiven) {

@@ -2,7 +2,9 @@
 // velocities.
 #include "sim/simulation/simulation.h"
 
+#include <algorithm>
 #include <stdexcept>
+#include <vector>
 
 #include "sim/integrator/integrator.h"
 #include "sim/run/make_simulation.h"
@@ -327,6 +329,61 @@ clamp = true
   simulation.set_reason_to_stop({});
   EXPECT_FALSE(simulation.step());
   EXPECT_DOUBLE_EQ(simulation.time(), 1e-3);
+}
+
+// Frames are evaluated between steps, and must not change these. The towel slides over a rail in
+// air, where steps take several corrections.
+TEST(Simulation, StepsDoNotDependOnFrames) {
+  const char* const towel = R"(
+[contact]
+friction = 0.4
+[material.terry]
+density = 0.4
+membrane_stiffness = 500
+bending_stiffness = 2e-5
+stiffness_damping = 1e-3
+bending_damping = 1e-3
+normal_drag = 1.0
+[[body]]
+name = "towel"
+position = [0.03, 0, 0.03]
+thickness = 2e-3
+shape = { type = "rectangle", size = [1, 0.5], resolution = [9, 17] }
+[[obstacle]]
+name = "rail"
+rotation_deg = [90, 0, 0]
+thickness = 2e-3
+shape = { type = "cylinder", radius = 0.02, length = 0.7, resolution = [29, 13] }
+)";
+  for (const char* method : {"cvode", "arkode", "euler"}) {
+    SCOPED_TRACE(method);
+    const Overrides overrides{std::string("time.method=\"") + method + "\""};
+    Simulation alone(build_scene(parse_case(towel, "case.toml", overrides)));
+    Simulation recorded(
+        build_scene(parse_case(towel, "case.toml", {overrides[0], "time.frames_per_second=1000"})));
+    std::vector<double> frame(recorded.state().size());
+    while (alone.time() < 0.15) {
+      ASSERT_FALSE(alone.step());
+      ASSERT_FALSE(recorded.step());
+      ASSERT_TRUE(std::ranges::equal(alone.state(), recorded.state())) << alone.time();
+      const double middle = recorded.time() - 0.5 * recorded.integrator().last_step();
+      ASSERT_FALSE(recorded.state_at(middle, frame));
+      static_cast<void>(recorded.summary_of(middle, frame));
+    }
+  }
+}
+
+// A step of backward Euler moves by its last velocity, so that the slope of a cubic through both
+// ends would pass the velocities of both.
+TEST(Simulation, FramesOfEulerHaveVelocitiesBetweenThoseOfTheStep) {
+  Simulation simulation = simulation_of(
+      sheet_on_ball, {"time.method=\"euler\"", "time.step=0.01", "contact.enabled=false"});
+  ASSERT_FALSE(simulation.step());
+  std::vector<double> frame(simulation.state().size());
+  for (const double part : {0.25, 0.5, 0.75}) {
+    ASSERT_FALSE(simulation.state_at(part * 0.01, frame));
+    EXPECT_NEAR(frame.back(), -0.4 - 9.81 * part * 0.01, 1e-5) << part;
+  }
 }
 
 }  // namespace
