@@ -61,8 +61,7 @@ Table describe(TimeCase& target) {
             "implicit_midpoint needs one. Without one, verlet takes a share of the longest stable "
             "step at the time; the share grows as the square root of relative_tolerance. Without "
             "one, impulses takes a tenth of the time in which a particle falls by half its radius, "
-            "or the "
-            "time between frames if that is shorter. "
+            "or the time between frames if that is shorter. "
             "It cuts steps in which a particle would move by more than 3/4 of the smallest radius.")
           .with_default("chosen by the method")
           .only_for("method", {"euler", "implicit_midpoint", "verlet", "impulses"})
