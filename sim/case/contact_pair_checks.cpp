@@ -49,7 +49,12 @@ class ContactPairChecker {
       if (!std::ranges::is_permutation(names, target.between)) continue;
       fail(join_path(path, "between"), "a second " + text_of(target), "expected each pair once");
     }
-    if (!of_particles_ && !bounces(target)) numbers_of_cloth(target, path);
+    if (!of_particles_ && !bounces(target)) return numbers_of_cloth(target, path);
+    if (!target.restitution && !target.friction) {
+      fail(join_path(path, "between"),
+           "the " + text_of(target) + " has no \"restitution\" and no \"friction\"",
+           "expected at least one of them");
+    }
   }
 
   void name(const std::string& given, const std::string& path, std::size_t k) const {

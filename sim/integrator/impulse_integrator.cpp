@@ -195,8 +195,10 @@ double ImpulseIntegrator::time_to_next_event() {
   return std::min(next, frame.value_or(next)) - time_;
 }
 
-// Finds the accelerations of free spheres, with gravity, wind and velocities as they are in the
-// middle of the step.
+// Finds the mean accelerations of free spheres during the step, with gravity and wind as they are
+// in the middle of it. Gravity acts for half a step, drag for a whole one, gravity for the other
+// half. Drag alone slows a sphere's velocity u relative to the air to u / (1 + k |u| t), so that no
+// step, however long, reverses it. The error is of second order.
 void ImpulseIntegrator::find_accelerations(double length) {
   const double middle_time = time_ + 0.5 * length;
   const Vec3 gravity = dynamics_.gravity(middle_time);
@@ -205,14 +207,10 @@ void ImpulseIntegrator::find_accelerations(double length) {
   const Instant now = dynamics_.instant(middle_time);
   const Vec3 wind = wind_.at(now);
   const double density = air_density_.at(now);
-  const auto drag = [&](int i, const Vec3& velocity) {
-    const Vec3 flow = wind - velocity;
-    return Vec3(drag_[i] * density * flow.norm() * flow);
-  };
   for (int i = 0; i < count_; ++i) {
-    const Vec3& velocity = velocities()[i];
-    const Vec3 middle = velocity + 0.5 * length * (gravity + drag(i, velocity));
-    acceleration_[i] += drag(i, middle);
+    const Vec3 flow = velocities()[i] + 0.5 * length * gravity - wind;
+    const double rate = drag_[i] * density * flow.norm();  // 1/s
+    acceleration_[i] -= rate / (1 + rate * length) * flow;
   }
 }
 

@@ -22,6 +22,21 @@ std::string describe_triangle(const Scene& scene, int body, int triangle) {
   return scene.describe_point(owner.surface_mesh().triangles[triangle][0] + owner.first_point);
 }
 
+// Returns where the case has a body, an obstacle or a group of particles.
+SourceLocation location_in_case(const Scene& scene, std::size_t index) {
+  const Case& source = scene.source;
+  if (index < source.body.size()) return source.body[index].location;
+  index -= source.body.size();
+  if (index < source.obstacle.size()) return source.obstacle[index].location;
+  return source.particles[index - source.obstacle.size()].location;
+}
+
+// Returns where the case has that of two bodies which it names later.
+SourceLocation later_location(const Scene& scene, int one, int other) {
+  const int later = std::max(scene.case_index(one), scene.case_index(other));
+  return location_in_case(scene, static_cast<std::size_t>(later));
+}
+
 // True if the triangles have points that seams hold together: these touch.
 bool are_sewn(const Scene& scene, const Crossing& crossing) {
   const SceneBody &one = scene.bodies[crossing.surface_a],
@@ -56,7 +71,8 @@ void refuse_crossings(const Scene& scene) {
   if (places.size() > listed_places) message += "\n  and elsewhere";
   const bool are_of_one_body =
       std::ranges::all_of(crossings, [](const Crossing& c) { return c.surface_a == c.surface_b; });
-  throw CaseError({scene.source.path, 0, 0}, message,
+  const Crossing& first = crossings.front();
+  throw CaseError(later_location(scene, first.surface_a, first.surface_b), message,
                   are_of_one_body ? "expected a shape that does not pass through itself, or "
                                     "self_contact = false"
                                   : "move the bodies apart");
@@ -66,6 +82,13 @@ void refuse_crossings(const Scene& scene) {
 bool is_of_one_body(const ContactFault& fault, const Scene& scene) {
   return fault.kind != ContactFault::Kind::not_finite &&
          scene.body_index_of_point(fault.nodes[0]) == scene.body_index_of_point(fault.nodes[3]);
+}
+
+// Returns where the case has the later body of a fault; its file, if that is known alone.
+SourceLocation location_of(const ContactFault& fault, const Scene& scene) {
+  if (fault.kind == ContactFault::Kind::not_finite) return {scene.source.path, 0, 0};
+  return later_location(scene, scene.body_index_of_point(fault.nodes[0]),
+                        scene.body_index_of_point(fault.nodes[3]));
 }
 
 // Throws CaseError at the places of the particles, if the fault is that of a particle. Of two
@@ -97,7 +120,7 @@ void refuse_missing_gaps(const Scene& scene) {
   const auto fault = contact.check_state(scene.initial_position, &smallest_gap);
   if (fault) {
     refuse_overlap_of_particle(*fault, scene);
-    throw CaseError({scene.source.path, 0, 0},
+    throw CaseError(location_of(*fault, scene),
                     "the initial state cannot be simulated: " + fault->describe(scene),
                     is_of_one_body(*fault, scene)
                         ? "make thickness smaller, or the layers of the shape farther apart"
@@ -105,7 +128,7 @@ void refuse_missing_gaps(const Scene& scene) {
   }
   const auto curved = contact.check_path(scene.initial_position, scene.initial_position);
   if (curved && curved->kind == ContactFault::Kind::curved) {
-    throw CaseError({scene.source.path, 0, 0},
+    throw CaseError(location_of(*curved, scene),
                     "the initial state cannot be simulated: " + curved->describe(scene),
                     "expected bodies farther apart, or a shell that its image resolves better");
   }

@@ -23,6 +23,7 @@
 #include "sim/run/restart.h"
 #include "sim/run/resumption.h"
 #include "sim/run/run_checkpoint.h"
+#include "sim/scene/recorded_bodies.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation/cpu_limit.h"
 #include "sim/simulation/simulation.h"
@@ -88,6 +89,7 @@ class Run final : private StepObserver {
     say(scene_.source.accuracy_choice);
     say(long_step_notice(scene_.source.time));
     say(late_pins_notice(scene_.source));
+    say(rounding_notice(scene_));
     report_.compute = simulation_.compute();
     if (!report_.compute.empty()) say("contact search on " + report_.compute);
     say(simulation_.decision());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
 
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
@@ -82,6 +83,24 @@ std::vector<RecordedBody> recorded_bodies(const Scene& scene) {
   }
   assert(!result.empty());
   return result;
+}
+
+std::string rounding_notice(const Scene& scene) {
+  if (scene.source.output.precision == Precision::float64) return {};
+  for (const RecordedBody& recorded : recorded_bodies(scene)) {
+    const SceneBody& body = scene.bodies[recorded.body];
+    if (body.spheres != nullptr) continue;
+    double distance = 0;
+    for (int i = 0; i < body.particle_count(); ++i)
+      distance = std::max(distance, scene.initial_position[body.first_particle + i].norm());
+    const double rounding = distance * (std::numeric_limits<float>::epsilon() / 2);
+    if (2 * rounding <= body.thickness) continue;
+    return "body " + in_quotes(body.name) + " is " + rounded_text(distance) +
+           " m from the origin: float32 rounds its positions by up to " + rounded_text(rounding) +
+           " m, more than half its thickness, and surfaces may cross in frames; "
+           "output.precision = \"float64\" shows them as they are";
+  }
+  return {};
 }
 
 }  // namespace weft::sim

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "sim/scene/scene.h"
@@ -46,5 +47,9 @@ struct RecordedBody {
 // Returns the bodies and obstacles that the case records, in the order of the case. Throws
 // CaseError as make_part().
 std::vector<RecordedBody> recorded_bodies(const Scene& scene);
+
+// Returns a notice if the initial positions lie so far from the origin that surfaces of bodies may
+// cross in frames only because float32 rounds them. Returns an empty string if they do not.
+std::string rounding_notice(const Scene& scene);
 
 }  // namespace weft::sim

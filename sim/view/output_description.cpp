@@ -78,6 +78,8 @@ void describe_output(const Scene& scene, std::ostream& out) {
   describe_recorded_bodies(scene, out);
   if (output.precision == Precision::float64) out << ", positions in float64";
   out << '\n';
+  if (const std::string notice = rounding_notice(scene); !notice.empty())
+    out << "  " << notice << '\n';
   describe_channels(output, out);
 }
 

@@ -263,7 +263,6 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
     for (RenderedBody& body : bodies) {
       read_positions(reader, frame, body);
       if (field) field->paint(frame, body);
-      report.all_triangles += static_cast<std::int64_t>(body.mesh.triangles.size());
     }
     if (options.spheres_of_level) {
       make_spheres(reader, frame, *options.spheres_of_level, bodies);
@@ -275,6 +274,9 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
         reduce_to_level(reader, frame, *options.surface_of_level, body);
       }
       add_surfaces(body, surfaces);
+      // Particles have no coarser drawing.
+      const auto& whole = body.radii.empty() ? body.mesh.triangles : body.spheres.triangles;
+      report.all_triangles += static_cast<std::int64_t>(whole.size());
     }
     for (const gpu::DrawnSurface& surface : surfaces) {
       report.triangles += static_cast<std::int64_t>(surface.triangles.size());

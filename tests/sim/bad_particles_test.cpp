@@ -107,10 +107,15 @@ std::vector<BadCase> bad_particles() {
        head + balls + floor_below + "[[contact.pair]]\nbetween = [\"floor\", \"floor\"]\n",
        R"(case.toml:12:11: a pair of two obstacles
   expected particles as one of the two: obstacles do not collide with each other)"},
+      {"pair_without_numbers",
+       head + balls + floor_below + "[[contact.pair]]\nbetween = [\"balls\", \"floor\"]\n",
+       R"(case.toml:12:11: the pair of "balls" and "floor" has no "restitution" and no "friction"
+  expected at least one of them)"},
       {"pair_twice",
-       head + balls + floor_below + "[[contact.pair]]\nbetween = [\"floor\", \"balls\"]\n" +
+       head + balls + floor_below +
+           "[[contact.pair]]\nbetween = [\"floor\", \"balls\"]\nfriction = 0\n" +
            "[[contact.pair]]\nbetween = [\"balls\", \"floor\"]\n",
-       R"(case.toml:14:11: a second pair of "balls" and "floor"
+       R"(case.toml:15:11: a second pair of "balls" and "floor"
   expected each pair once)"},
       {"pair_with_too_large_a_restitution",
        head + balls + floor_below +

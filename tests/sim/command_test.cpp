@@ -137,7 +137,7 @@ shape = { type = "rectangle", size = [1, 1], resolution = [2, 2] }
 )");
   const Result result = weft({"run", "close.toml", "--set", "contact.enabled=true"});
   EXPECT_EQ(result.code, exit_code::bad_case);
-  EXPECT_TRUE(contains(result.err, "close.toml")) << result.err;
+  EXPECT_TRUE(result.err.starts_with("close.toml:7:1: ")) << result.err;
   EXPECT_TRUE(contains(result.err, "sheet") && contains(result.err, "floor")) << result.err;
   EXPECT_FALSE(exists("out"));
 }
@@ -146,6 +146,7 @@ TEST_F(Command, RefusesCrossedSheetsBeforeItWritesAnything) {
   write("crossed.toml", crossed_case);
   const Result result = weft({"run", "crossed.toml", "--set", "contact.enabled=true"});
   EXPECT_EQ(result.code, exit_code::bad_case);
+  EXPECT_TRUE(result.err.starts_with("crossed.toml:8:1: ")) << result.err;
   EXPECT_TRUE(contains(result.err, "intersecting pairs of triangles")) << result.err;
   EXPECT_TRUE(contains(result.err, "flat") && contains(result.err, "upright")) << result.err;
   EXPECT_TRUE(contains(result.err, "move the bodies apart")) << result.err;

@@ -268,6 +268,36 @@ positions = { type = "grid", count = [1, 1, 1] }
   }
 }
 
+// A storm takes a flake with it that drag stops within a tenth of a step. The flake is never faster
+// than the wind, and moves by w t - ln(1 + k w t) / k, with k as above.
+TEST(DrivenParticles, StormTakesLightSpheresWithIt) {
+  const double radius = 0.02, wind = 50, drag = 0.47, air = 1.2, density = 0.2;
+  const double k = 0.5 * air * drag * 0.75 / (radius * density);
+  Simulation simulation = simulate(R"(
+[time]
+method = "impulses"
+duration = 1
+[world]
+gravity = [0, 0, 0]
+air_density = 1.2
+wind = [50, 0, 0]
+[[particles]]
+name = "flake"
+radius = 0.02
+density = 0.2
+drag_coefficient = 0.47
+positions = { type = "grid", count = [1, 1, 1] }
+)");
+  while (simulation.time() < 0.5) {
+    const auto failure = simulation.step();
+    ASSERT_FALSE(failure) << failure->text;
+    const double t = simulation.time();
+    ASSERT_NEAR(simulation.velocity("flake")[0].x(), wind - wind / (1 + k * wind * t), 1e-9 * wind);
+    ASSERT_NEAR(simulation.position("flake")[0].x(), wind * t - std::log(1 + k * wind * t) / k,
+                0.05 * radius);
+  }
+}
+
 // A floor that starts and stops at once carries a ball, which no frame shows inside it.
 TEST(DrivenParticles, FramesBesideAFloorThatStopsHaveNoOverlap) {
   Simulation simulation = simulate(R"(

@@ -1,5 +1,6 @@
 // Cases whose [output] must be refused.
 #include "bad_case.h"
+#include "sim/scene/recorded_bodies.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim::output_case_test {
@@ -105,6 +106,25 @@ TEST(OutputPart, OfOneRowIsRefused) {
     EXPECT_EQ(std::string(error.what()),
               "case.toml:4:1: a part of 1 row\n  expected at least 2, as a surface needs");
   }
+}
+
+// Sheets of 1 mm are kept 1 mm apart. float32 rounds a position 8 km from the origin by up to
+// 8000 m / 2^24 = 0.48 mm, one 9 km from it by 0.54 mm.
+TEST(OutputRounding, IsNoticedWhereSurfacesMayCrossInFrames) {
+  const auto notice_of = [](const std::string& keys) {
+    const std::string text = sheet + "thickness = 1e-3\n" + keys;
+    return rounding_notice(*build_scene(parse_case(text, "case.toml")));
+  };
+  EXPECT_EQ(notice_of("position = [0, 8000, 0]\n"), "");
+  EXPECT_EQ(notice_of("position = [0, 9000, 0]\n"),
+            "body \"sheet\" is 9000.5 m from the origin: float32 rounds its positions by up to "
+            "0.000536472 m, more than half its thickness, and surfaces may cross in frames; "
+            "output.precision = \"float64\" shows them as they are");
+  EXPECT_EQ(notice_of("position = [0, 9000, 0]\n[output]\nprecision = \"float64\"\n"), "");
+  EXPECT_EQ(notice_of("position = [0, 9000, 0]\n[[obstacle]]\nname = \"post\"\n"
+                      "shape = { type = \"sphere\", radius = 1, resolution = [5] }\n"
+                      "[output]\nbodies = [\"post\"]\n"),
+            "");
 }
 
 }  // namespace weft::sim::output_case_test

@@ -177,6 +177,7 @@ TEST_F(RenderTrajectory, DrawsParticlesAsSpheres) {
     options.force = true;
     const RenderReport report = render_trajectory(path, pictures(), options);
     EXPECT_GT(report.triangles, 200);
+    EXPECT_EQ(report.triangles, report.all_triangles);
     counts.push_back(red_part(read_png(files::path(pictures()) / "frame_00000.png")).count);
   }
   EXPECT_GT(counts[0], 10);
