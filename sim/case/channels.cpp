@@ -114,7 +114,9 @@ std::string reason_against(const Channel& channel, const Case& source, std::stri
     hint = "expected channels among \"velocity\" and \"angular_velocity\"";
     return name + " is not recorded with time.method = \"impulses\"";
   }
-  if (channel.home == Home::texels && !is_of_particles && source.body.empty()) {
+  const bool is_of_surfaces = channel.id == ChannelId::largest_stretch_place ||
+                              (channel.home == Home::texels && !is_of_particles);
+  if (is_of_surfaces && source.body.empty()) {
     hint = "expected a [[body]], or no " + in_quotes(channel.name);
     return name + " would be missing: particles do not have it";
   }

@@ -131,6 +131,9 @@ std::vector<BadCase> bad_particles() {
       {"channel_without_bodies", balls + "[output]\nchannels = [\"contact_force\"]\n",
        R"(case.toml:6:13: the channel "contact_force" would be missing: particles do not have it
   expected a [[body]], or no "contact_force")"},
+      {"stretch_without_bodies", balls + "[output]\nchannels = [\"largest_stretch_place\"]\n",
+       R"(case.toml:6:13: the channel "largest_stretch_place" would be missing: particles do not have it
+  expected a [[body]], or no "largest_stretch_place")"},
       {"nothing_turns", head + balls + "[output]\nchannels = [\"angular_velocity\"]\n",
        R"(case.toml:8:13: the channel "angular_velocity" would be zero: no particles turn
   expected particles with spin = true, and with friction or an angular velocity, or no "angular_velocity")"},
