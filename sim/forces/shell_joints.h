@@ -23,7 +23,7 @@ inline constexpr double joint_hardness = 1e3;
 
 // The joints of all dynamic shells of one degree. At each point of a joint, the change of the angle
 // between the two patches has an elastic energy (materials/surface_angle.h). The points are the
-// strain points of the border's spline, about one per element.
+// joint points of the border's spline, about one per element.
 template <int degree>
 class ShellJoints {
  public:
@@ -103,7 +103,7 @@ class ShellJoints {
 
   void add_joint(const SceneBody& body, const PatchJoint& joint) {
     const SplineAxis axis(degree, static_cast<int>(joint.border.size()), joint.is_closed);
-    for (const QuadraturePoint& at : axis.strain_points()) {
+    for (const QuadraturePoint& at : axis.joint_points()) {
       const SplineBasis along = axis.at(at.parameter);
       Stencil& stencil = stencils_.emplace_back();
       Basis& basis = bases_.emplace_back();

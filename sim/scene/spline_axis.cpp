@@ -230,13 +230,18 @@ std::vector<QuadraturePoint> SplineAxis::gauss_points(int per_element) const {
 std::vector<QuadraturePoint> SplineAxis::strain_points() const {
   if (is_closed_) return points_of_elements(degree_ == 3 ? 0.5 : 0);
   const auto& [end, next, least_elements] = end_rule(degree_);
-  if (elements() < least_elements) return greville_points_below();
+  if (elements() < least_elements) return greville_points(degree_ - 1);
   const auto length = static_cast<double>(elements());
   std::vector<QuadraturePoint> points = end;
   for (double x = next; x < length - next + 0.25; ++x) points.push_back({x, 1});
   for (std::size_t i = end.size(); i-- > 0;)
     points.push_back({length - end[i].parameter, end[i].weight});
   return points;
+}
+
+std::vector<QuadraturePoint> SplineAxis::joint_points() const {
+  const bool is_short = !is_closed_ && elements() < end_rule(degree_).least_elements;
+  return is_short ? greville_points(degree_) : strain_points();
 }
 
 // A single element needs one Gauss point more than `degree`. A spline that is zero at `degree`
@@ -258,10 +263,10 @@ std::vector<QuadraturePoint> SplineAxis::points_of_elements(double offset) const
   return points;
 }
 
-// Returns the Greville abscissae of the splines of degree - 1 on the same knots. Their weights
-// integrate the basis functions of these splines exactly.
-std::vector<QuadraturePoint> SplineAxis::greville_points_below() const {
-  const int degree = degree_ - 1, count = elements() + degree;
+// Returns the Greville abscissae of the splines of the given degree on the same knots of an open
+// axis. Their weights integrate the basis functions of these splines exactly.
+std::vector<QuadraturePoint> SplineAxis::greville_points(int degree) const {
+  const int count = elements() + degree;
   const auto knot = [&](int i) { return std::clamp(i - degree, 0, elements()); };
   Eigen::MatrixXd values = Eigen::MatrixXd::Zero(count, count);
   Eigen::VectorXd integrals(count);

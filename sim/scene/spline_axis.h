@@ -70,6 +70,11 @@ class SplineAxis {
   // the order is lower: at least 3 for degree 3 (fewer than four elements), at least 2 for degree 2
   // (fewer than six elements).
   std::vector<QuadraturePoint> strain_points() const;
+  // Returns the points at which joints along the axis are integrated: the strain points, and on
+  // short open axes as many points as there are control points. Strain points are one fewer. A
+  // spline that is zero at all of them, as the angle of a joint may be, has a mean of up to a third
+  // of its largest coefficient on a short axis, where nothing else keeps it from growing.
+  std::vector<QuadraturePoint> joint_points() const;
   // Returns the points at which strains across the axis are integrated. A spline that is zero at
   // all of them is zero everywhere. An open axis has `degree` Gauss points per element, or one more
   // if it has a single element. A closed axis has one point per element, where the value of the
@@ -82,7 +87,7 @@ class SplineAxis {
  private:
   std::vector<QuadraturePoint> points_of_elements(double offset) const;
   double knot(int i) const;
-  std::vector<QuadraturePoint> greville_points_below() const;
+  std::vector<QuadraturePoint> greville_points(int degree) const;
   // Returns the values, on an element, of the degree + 1 basis functions of the given degree, which
   // may be lower than degree_.
   SplineBasis::Values lower(int element, double parameter, int degree) const;
