@@ -25,6 +25,10 @@ class BodyTree {
   // boxes compared.
   template <class Visit>
   int visit_neighbours(int body, const Visit& visit) const;
+  // Calls visit(body) for every body whose box meets `box` (m). Returns the number of boxes
+  // compared.
+  template <class Visit>
+  int visit_meeting(const Box& box, const Visit& visit) const;
 
  private:
   struct Node {
@@ -43,17 +47,25 @@ class BodyTree {
 
 template <class Visit>
 int BodyTree::visit_neighbours(int body, const Visit& visit) const {
+  return visit_meeting(boxes_[body], [&](int other) {
+    if (other != body) visit(other);
+  });
+}
+
+template <class Visit>
+int BodyTree::visit_meeting(const Box& box, const Visit& visit) const {
+  if (nodes_.empty()) return 0;
   int compared = 0;
   std::vector<int> open{0};
   while (!open.empty()) {
     const Node& node = nodes_[open.back()];
     open.pop_back();
     ++compared;
-    if (!node.box.intersects(boxes_[body])) continue;
+    if (!node.box.intersects(box)) continue;
     if (node.left >= 0) {
       open.push_back(node.right);
       open.push_back(node.left);
-    } else if (node.body != body) {
+    } else {
       visit(node.body);
     }
   }

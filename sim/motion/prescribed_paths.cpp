@@ -252,30 +252,51 @@ bool PrescribedPaths::is_rigid(const std::array<int, 4>& nodes) const {
          std::ranges::all_of(nodes, [&](int node) { return motion_of_[node] == motion; });
 }
 
+// Checks vertices against triangles, or edges against edges. Of the first kind, only features near
+// those of the second are put in a tree, which finds the pairs whose boxes meet.
 template <class First, class Second>
 std::optional<ContactFault> PrescribedPaths::check_kind(bool edges, const std::vector<First>& first,
                                                         const std::vector<Second>& second) const {
   Box all;
-  for (const First& one : first) all.extend(swept_box(one));
+  for (const Second& other : second) all.extend(swept_box(other));
+  std::vector<First> near;
+  std::vector<Box> boxes;
+  for (const First& one : first) {
+    const Box box = swept_box(one);
+    if (!box.intersects(all)) continue;
+    near.push_back(one);
+    boxes.push_back(box);
+  }
+  BodyTree tree;
+  tree.build(std::move(boxes));
+  std::vector<int> met;
   for (const Second& other : second) {
-    const Box other_box = swept_box(other);
-    if (!all.intersects(other_box)) continue;
-    for (const First& one : first) {
-      if (!swept_box(one).intersects(other_box)) continue;
-      const std::array<int, 4> nodes = joined(one, other);
-      if (is_rigid(nodes) || share_a_vertex(nodes, edges ? 2 : 1)) continue;
-      if (!scene_.sewn.is_empty() && scene_.sewn.are_joined(nodes, edges ? 2 : 1)) continue;
-      bsi::FourPoints from, to;
-      for (int k = 0; k < 4; ++k) {
-        from[k] = start_[nodes[k]];
-        to[k] = end_[nodes[k]];
-      }
-      const double separation = largest_stray(one) + largest_stray(other);
-      const double safe = edges ? bsi::safe_fraction_edge_edge(from, to, separation)
-                                : bsi::safe_fraction_vertex_triangle(from, to, separation);
-      if (safe < 1) return ContactFault{ContactFault::Kind::crossing, nodes, 0};
+    met.clear();
+    tree.visit_meeting(swept_box(other), [&](int one) { met.push_back(one); });
+    // The order of the features, not that of the tree, decides which crossing is reported.
+    std::ranges::sort(met);
+    for (const int one : met) {
+      if (auto fault = check_pair(edges, near[one], other)) return fault;
     }
   }
+  return std::nullopt;
+}
+
+template <class First, class Second>
+std::optional<ContactFault> PrescribedPaths::check_pair(bool edges, const First& one,
+                                                        const Second& other) const {
+  const std::array<int, 4> nodes = joined(one, other);
+  if (is_rigid(nodes) || share_a_vertex(nodes, edges ? 2 : 1)) return std::nullopt;
+  if (!scene_.sewn.is_empty() && scene_.sewn.are_joined(nodes, edges ? 2 : 1)) return std::nullopt;
+  bsi::FourPoints from, to;
+  for (int k = 0; k < 4; ++k) {
+    from[k] = start_[nodes[k]];
+    to[k] = end_[nodes[k]];
+  }
+  const double separation = largest_stray(one) + largest_stray(other);
+  const double safe = edges ? bsi::safe_fraction_edge_edge(from, to, separation)
+                            : bsi::safe_fraction_vertex_triangle(from, to, separation);
+  if (safe < 1) return ContactFault{ContactFault::Kind::crossing, nodes, 0};
   return std::nullopt;
 }
 

@@ -24,7 +24,8 @@ class PrescribedPaths {
   // Returns two features that may cross between the times `from` and `to` (s), or nothing if
   // provably none cross. Features that do not cross may come arbitrarily close. A shorter interval
   // has tighter bounds, and so fewer false alarms. Cost: a pass over the particles of moving
-  // bodies, and one check per pair of prescribed features whose boxes overlap.
+  // bodies, and for n prescribed features of bodies whose boxes overlap O(n log n) and one check
+  // per pair of features whose boxes overlap.
   [[nodiscard]] std::optional<ContactFault> find_crossing(double from, double to);
 
  private:
@@ -45,6 +46,8 @@ class PrescribedPaths {
   template <class First, class Second>
   std::optional<ContactFault> check_kind(bool edges, const std::vector<First>& first,
                                          const std::vector<Second>& second) const;
+  template <class First, class Second>
+  std::optional<ContactFault> check_pair(bool edges, const First& one, const Second& other) const;
   int motion_of_point(int point, std::vector<int>& motions) const;
   double stray_of(int point) const;
   template <class Points>
