@@ -143,17 +143,25 @@ void MotionLimits::find_points(double time, std::span<const double> y) {
   point_velocity_ = map.points_of(velocity_, scene_.dynamic_points, velocity_room_);
 }
 
+// Spheres are points without triangles. Spins have no place.
 void MotionLimits::make_blocks(int body) {
   std::vector<Block>& blocks = blocks_[body];
-  if (!blocks.empty()) return;
   const SceneBody& from = scene_.bodies[body];
+  if (!blocks.empty() || from.are_spins) return;
   const auto& triangles = from.surface_mesh().triangles;
-  const std::size_t count = triangles.size();
+  const bool is_surface = from.spheres == nullptr;
+  const std::size_t count =
+      is_surface ? triangles.size() : static_cast<std::size_t>(from.point_count());
   const std::size_t each = (count + most_blocks - 1) / most_blocks;
   for (std::size_t first = 0; first < count; first += each) {
     Block& block = blocks.emplace_back();
-    for (std::size_t t = first; t < std::min(first + each, count); ++t)
-      for (const int p : triangles[t]) block.points.push_back(p + from.first_point);
+    for (std::size_t part = first; part < std::min(first + each, count); ++part) {
+      if (!is_surface) {
+        block.points.push_back(static_cast<int>(part) + from.first_point);
+        continue;
+      }
+      for (const int p : triangles[part]) block.points.push_back(p + from.first_point);
+    }
     std::sort(block.points.begin(), block.points.end());
     block.points.erase(std::unique(block.points.begin(), block.points.end()), block.points.end());
   }

@@ -78,7 +78,7 @@ class MotionLimits {
     int body;
     bool is_obstacle;  // true for an obstacle of the case or a body held as a whole
   };
-  // A part of a body: some of its triangles and the box around them.
+  // A part of a body: some of its triangles or spheres, and the box around their points.
   struct Block {
     // Box (m) around the points. For an obstacle, it may be larger while is_placed is false.
     Eigen::AlignedBox3d box;

@@ -58,6 +58,29 @@ TEST(MotionLimits, UseUpMostOfTheDistanceToWhatIsFar) {
   }
 }
 
+TEST(MotionLimits, UseUpMostOfTheDistanceToSpheres) {
+  constexpr double radius = 0.02, half_thickness = 5e-4, range = 2e-3, falling = 1, rising = 3;
+  const std::string text = R"(
+[world]
+gravity = [0, 0, 0]
+[contact]
+range = 2e-3
+[[particles]]
+name = "ball"
+radius = 0.02
+friction = 0.3
+velocity = [0, 0, -1]
+positions = { type = "grid", count = [1, 1, 1], centre = [0, 0, 0.5] }
+[[obstacle]]
+name = "plate"
+thickness = 1e-3
+shape = { type = "rectangle", size = [2, 2], resolution = [5, 5] }
+motion = { velocity = [0, 0, 3] }
+)";
+  const double clearance = 0.5 - radius - half_thickness - range;
+  expect_limit(longest_step(text), MotionLimits::approach_part * clearance / (falling + rising));
+}
+
 TEST(MotionLimits, GoAPartOfTheRangeWhereSurfacesAreNear) {
   for (const auto& [falling, rising] : {std::pair(0.0, 2.0), std::pair(-1.0, 3.0)}) {
     expect_limit(longest_step(plate_below(2.5e-3, falling, rising)),
