@@ -249,7 +249,7 @@ std::optional<Failure> ImpulseIntegrator::step() {
   if (!length) {
     return Failure{Failure::Kind::unstable, time_, -1,
                    "at t = " + rounded_text(time_) +
-                       " s the particles are so fast that a step must be shorter than the "
+                       " s particles or obstacles are so fast that a step must be shorter than the "
                        "minimum_step"};
   }
   for (;;) {

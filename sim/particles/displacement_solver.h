@@ -11,9 +11,10 @@
 
 namespace weft::sim {
 
-// Corrects the displacements of a step until gap + n . (displacement of both sides) >= rest gap
-// holds for all contacts, by over-relaxed projected Gauss-Seidel sweeps over batches of contacts
-// whose spheres have changed (row_batches.h).
+// Corrects the displacements of a step until gap + n . (displacement of both sides) is at least the
+// rest gap for all contacts, by over-relaxed projected Gauss-Seidel sweeps over batches of contacts
+// whose spheres have changed (row_batches.h). A gap that is smaller at the start of the step gets
+// back a fifth of what it lacks.
 // A correction moves both sides by amounts inverse to their masses. Corrections are in single
 // precision: what rounding leaves is far below a rest gap, and overlaps are looked for afterwards.
 // The sides of a contact are convex, so this keeps them apart wherever the sweeps have converged.

@@ -28,8 +28,9 @@ constexpr double small_change_share = 0.1;
 // one step to the next: in a very short step they also stop what has nothing to do with weights.
 constexpr double most_growth = 2;
 // Sweeps that take the restitution from spheres whose impulses do work end once the impulses do
-// none and no relative speed changes by more than a share of the largest rebound. The latter is
-// given up after the first number of sweeps, the former after the second.
+// none and no relative speed changes by more than a share of the largest rebound. After every
+// `usual_settling_sweeps` it is enough that the impulses do no work, and after
+// `most_settling_sweeps` the sweeps end in any case.
 constexpr int usual_settling_sweeps = 25, most_settling_sweeps = 400;
 constexpr double settled_share = 1e-3;
 // Steps that a bounce on spheres at rest must last. Lower ones are stopped: impulses of the
@@ -40,8 +41,9 @@ constexpr double least_bounce = 10;
 // terms.
 constexpr double rounding_share = 1e-12;
 
-// Returns the first time (s) in [0, length] at which gap + speed t + acceleration t^2 / 2 is zero
-// or less, or a negative number if there is none.
+// Returns the first time (s) in [0, length] at which sides that approach each other touch, with the
+// gap `gap` + speed t + acceleration t^2 / 2, or a negative number if there is none. Sides that
+// touch already do so at 0, unless they part.
 double closing_time(double gap, double speed, double acceleration, double length) {
   if (gap <= 0) return speed < 0 || (speed == 0 && acceleration < 0) ? 0 : -1;
   const double root = speed * speed - 2 * acceleration * gap;

@@ -161,7 +161,7 @@ void SphereSearch::find_contacts(const SphereStart& start, std::span<const doubl
   }
 }
 
-// The reach of a sphere counts twice at a surface.
+// Makes the list of triangles near the sphere complete for gaps of up to `need` (m).
 void SphereSearch::cover_surface(int surface, int sphere, const Vec3& local, double need) {
   const double wish = surface_reaches * reach_[sphere] + surface_share * radii_[sphere] + need;
   statistics_.counters.bound_tests +=
@@ -172,6 +172,8 @@ void SphereSearch::add_surface_contacts(int surface, int sphere, const SphereSta
                                         double reach, std::vector<SphereContact>& contacts) {
   SurfaceCandidates& candidates = candidates_[surface];
   const Vec3 place = local(surface, start.poses[surface], start.position[sphere]);
+  // Two spheres meet within the sum of their reaches. A surface has none of its own, and the reach
+  // of the sphere counts twice.
   const double need = 2 * reach;
   cover_surface(surface, sphere, place, need);
   double far = need + candidates.moved(sphere, place) + rounding_of_moves * radii_[sphere];

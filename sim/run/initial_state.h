@@ -18,10 +18,10 @@ std::vector<CrossingSurface> contact_surfaces(const Scene& scene, std::span<cons
 // that seams hold together, may intersect.
 std::vector<Crossing> forbidden_crossings(const Scene& scene, std::span<const Vec3> points);
 
-// Throws CaseError if surfaces intersect or touch in the initial state. Obstacles may intersect
+// Throws CaseError if surfaces intersect or leave no gap in the initial state, if spheres overlap
+// each other or an obstacle, or if a membrane exceeds its strain_limit. Obstacles may intersect
 // each other, and a body without self_contact may intersect itself. The message lists the first
-// intersections. Also throws CaseError if features of one body with self_contact that share no
-// vertex are closer than thickness + contact.range. Does nothing if contact is disabled.
+// intersections. If contact is disabled, only strain limits are checked.
 void check_initial_state(const Scene& scene);
 
 }  // namespace weft::sim

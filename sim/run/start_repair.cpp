@@ -18,10 +18,10 @@ namespace weft::sim {
 
 namespace {
 
-constexpr int most_rounds = 60;           // of taking parts through surfaces
-constexpr int most_spacing_rounds = 300;  // of pushing surfaces apart
-// Fractions of contact.range to which surfaces are separated, and below which they are. Surfaces of
-// one body must be out of reach of each other at the start.
+// Most rounds that take parts through surfaces, and most rounds that push surfaces apart.
+constexpr int most_rounds = 60, most_spacing_rounds = 300;
+// Gaps to which surfaces are separated, and gaps below which they are separated, as fractions of
+// contact.range. Surfaces of one body are separated until they are out of reach of each other.
 constexpr double aimed_range = 0.5, least_range = 0.4;
 constexpr double aimed_range_within = 1.25, least_range_within = 1.02;
 // Length by which points are displaced to find what is cut off, as a fraction of an edge. It keeps
