@@ -107,6 +107,8 @@ class Force {
   virtual void attach(const BlockPattern& pattern) = 0;
   virtual void add_derivatives(const Kinematics& state, const Derivatives& into,
                                Definiteness definiteness, int threads) = 0;
+  // True for the springs of sliding supports.
+  virtual bool is_support() const { return false; }
 };
 
 // Returns the forces of a scene. A maker in force_arrays.h that returns null adds no force.

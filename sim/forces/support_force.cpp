@@ -40,6 +40,7 @@ class SupportForce final : public Force {
   std::string_view name() const override { return "support"; }
   bool has_damping() const override { return damping_time() > 0; }
   bool is_constraint() const override { return true; }
+  bool is_support() const override { return true; }
   bool varies() const override { return has_moving_points(); }
   bool has_moving_points() const override {
     return std::ranges::any_of(springs_, [](const Spring& each) { return each.motion != nullptr; });

@@ -24,6 +24,9 @@ using Vector = Eigen::VectorXd;
 // square is the relative error that rotations of this size cause. The relative error of rounding is
 // 1e-16 divided by this fraction.
 constexpr double difference_part = 1e-5;
+// Pivots of the stiffness below this fraction of their diagonal entries may have either sign by
+// rounding.
+constexpr double undecided_pivot = 1e-11;
 // A change of energy along a mode counts as noise if it is at most this number of rounding errors.
 constexpr double energy_roundings = 100;
 
@@ -41,7 +44,7 @@ class Buckling {
     result_.unknowns = static_cast<int>(unknowns_.count());
     if (result_.unknowns == 0) return fail("all particles are held");
     set_load_factor(load_factor_);
-    auto stiffness = stiffness_at(dynamics_, unknowns_, time_, state_, fault_);
+    auto stiffness = unknowns_.stiffness(dynamics_, time_, state_, fault_);
     if (!stiffness) return fail(fault_);
     stiffness_ = std::move(*stiffness);
     if (!is_stable()) return result_;
@@ -67,7 +70,10 @@ class Buckling {
 
   // Factorises K. Returns true if K is positive definite, otherwise sets the failure.
   bool is_stable() {
-    if (!factors_.factorise(stiffness_)) {
+    const bool has_factors = factors_.factorise(stiffness_);
+    const bool is_undecided =
+        factors_.negative_pivots() > 0 && factors_.smallest_pivot() < undecided_pivot;
+    if (!has_factors || is_undecided) {
       const int weakest = unknowns_.particle(factors_.weakest());
       fail("the tangent stiffness of the equilibrium is singular; it is weakest at " +
                scene_.describe_particle(weakest),
@@ -104,7 +110,7 @@ class Buckling {
     auto* const x = reinterpret_cast<Vec3*>(y.data());
     for (std::size_t i = 0; i < way.size(); ++i) x[i] += step * way[i];
     set_load_factor(load_factor_ + step);
-    return stiffness_at(dynamics_, unknowns_, time_, y, fault_);
+    return unknowns_.stiffness(dynamics_, time_, y, fault_);
   }
   double size() const {
     Eigen::AlignedBox3d box;
@@ -124,7 +130,7 @@ class Buckling {
 
   Dynamics& dynamics_;
   const Scene& scene_;
-  FreeUnknowns unknowns_;
+  ModeUnknowns unknowns_;
   double time_;  // s
   std::span<const double> state_;
   double load_factor_;

@@ -9,9 +9,6 @@ namespace {
 using Matrix = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
 
-// Contacts contribute K + D / gamma. With this large gamma (s), their damping is negligible.
-constexpr double contact_gamma = 1e6;
-
 // Returns |A| |v|.
 Vector product_of_magnitudes(const Matrix& a, const Vector& vector) {
   return Matrix(a.cwiseAbs()).selfadjointView<Eigen::Lower>() * vector.cwiseAbs();
@@ -19,18 +16,7 @@ Vector product_of_magnitudes(const Matrix& a, const Vector& vector) {
 
 }  // namespace
 
-std::optional<Matrix> stiffness_at(Dynamics& dynamics, const FreeUnknowns& unknowns, double time,
-                                   std::span<const double> state, std::string& fault) {
-  std::vector<Vec3> force(dynamics.particle_count());
-  if (const auto found = dynamics.net_forces(time, state, force)) {
-    fault = found->describe(dynamics.scene());
-    return std::nullopt;
-  }
-  dynamics.assemble(time, state);
-  return unknowns.stiffness(dynamics, contact_gamma);
-}
-
-std::vector<Vec3> shape_of(const FreeUnknowns& unknowns, const Vector& vector) {
+std::vector<Vec3> shape_of(const ModeUnknowns& unknowns, const Vector& vector) {
   std::vector<Vec3> shape(unknowns.particle_count());
   unknowns.scatter(vector, shape);
   double largest = 0;

@@ -106,7 +106,7 @@ bool is_rigid(const Scene& scene, std::span<const Vec3> position, std::span<cons
 // The unknowns and the matrices of the eigenvalue problem, and the shift (1/s^2) at which it is
 // solved.
 struct System {
-  FreeUnknowns unknowns;
+  ModeUnknowns unknowns;
   Matrix stiffness, mass;
   double shift = 0;
 };
@@ -164,11 +164,11 @@ VibrationModes find_vibration_modes(Dynamics& dynamics, double time, std::span<c
     result.failure = Failure{Failure::Kind::solver, time, -1, text};
     return result;
   };
-  System system{FreeUnknowns(dynamics.scene()), {}, {}, 0};
+  System system{ModeUnknowns(dynamics.scene()), {}, {}, 0};
   result.unknowns = static_cast<int>(system.unknowns.count());
   if (result.unknowns == 0) return result;
   std::string fault;
-  auto stiffness = stiffness_at(dynamics, system.unknowns, time, state, fault);
+  auto stiffness = system.unknowns.stiffness(dynamics, time, state, fault);
   if (!stiffness) return fail(fault);
   system.stiffness = std::move(*stiffness);
   system.mass = system.unknowns.mass(mass_matrix(dynamics.scene()));

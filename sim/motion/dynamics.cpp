@@ -479,6 +479,7 @@ void Dynamics::assemble(double time, std::span<const double> y, Definiteness def
   for (const bool membrane : {true, false}) {
     for (const auto& force : forces_) {
       if (force->is_membrane() != membrane) continue;
+      if (supports_are_left_out_ && force->is_support()) continue;
       force->add_derivatives(state, into, definiteness, threads_);
     }
     if (membrane && hardness_ != 1) stiffness_.scale(hardness_);

@@ -155,6 +155,8 @@ class Dynamics {
   // Sets the load of an equilibrium. From now on, gravity is multiplied by `load`, and all
   // particles, pins and obstacles count as at rest.
   void set_load(double load) { load_ = load; }
+  // From now on, leaves the springs of sliding supports out of K and D, or puts them back.
+  void leave_out_supports(bool are_left_out) { supports_are_left_out_ = are_left_out; }
   // Multiplies the forces with Force::is_membrane() and their derivatives by `hardness` from now
   // on. A hardness below 1 softens bodies in searches for equilibria.
   void set_hardness(double hardness) { hardness_ = hardness; }
@@ -344,7 +346,8 @@ class Dynamics {
   std::shared_ptr<AnchorHistory> anchors_;  // null: no contact is anchored
   bool has_limits_ = false;
   bool pins_move_ = false;
-  std::vector<int> held_;  // dynamic particles that are pinned
+  bool supports_are_left_out_ = false;  // from matrices
+  std::vector<int> held_;               // dynamic particles that are pinned
   std::optional<Contact> contact_;
   BlockMatrix stiffness_;
   bool has_damping_ = false;

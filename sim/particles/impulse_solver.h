@@ -10,7 +10,7 @@
 #include "sim/particles/float_lanes.h"
 #include "sim/particles/row_batches.h"
 #include "sim/particles/sphere_contact.h"
-#include "sim/particles/sphere_islands.h"
+#include "sim/base/islands.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {
@@ -167,7 +167,7 @@ class ImpulseSolver {
   std::vector<LaneRows> lanes_;  // by batch
   // The motion of the sides of a contact without impulses, by row; empty if no row parts.
   std::vector<FreeMotion> free_motions_;
-  SphereIslands islands_;
+  Islands islands_;
   std::vector<KeptImpulse> kept_;
   double kept_length_ = 0;  // s, length of the step of kept_
   std::int64_t sweeps_ = 0;

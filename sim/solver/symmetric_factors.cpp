@@ -9,7 +9,7 @@ namespace weft::sim {
 namespace {
 
 // Smallest pivot, as a fraction of its diagonal entry, that is distinguished from rounding.
-constexpr double smallest_pivot = 1e-15;
+constexpr double least_pivot = 1e-15;
 
 }  // namespace
 
@@ -37,12 +37,14 @@ bool SymmetricFactors::judge_pivots(const Matrix& matrix) {
     least = std::isfinite(share) ? share : 0;
     weakest_ = static_cast<int>(i);
   }
-  return least > smallest_pivot;
+  smallest_pivot_ = least;
+  return least > least_pivot;
 }
 
 bool SymmetricFactors::factorise(const Matrix& lower) {
   negative_ = 0;
   weakest_ = -1;
+  smallest_pivot_ = 0;
   if (has_new_pattern(lower)) {
     factors_.analyzePattern(lower);
     const int* const start = lower.outerIndexPtr();

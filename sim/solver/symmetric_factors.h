@@ -31,6 +31,8 @@ class SymmetricFactors {
   // factorise() has returned false. If there are no pivots, returns the unknown with the smallest
   // diagonal entry. Returns -1 if there are no unknowns.
   int weakest() const { return weakest_; }
+  // Returns the smallest pivot, as a fraction of its diagonal entry: 0 if there are no pivots.
+  double smallest_pivot() const { return smallest_pivot_; }
 
  private:
   bool has_new_pattern(const Matrix& matrix) const;
@@ -40,6 +42,7 @@ class SymmetricFactors {
   std::vector<int> analysed_start_, analysed_row_;
   Vector root_;  // square root of D; valid if D has no negative entries
   int negative_ = 0, weakest_ = -1;
+  double smallest_pivot_ = 0;
 };
 
 }  // namespace weft::sim

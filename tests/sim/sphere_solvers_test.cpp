@@ -12,7 +12,7 @@
 #include "sim/particles/displacement_solver.h"
 #include "sim/particles/impulse_solver.h"
 #include "sim/particles/row_batches.h"
-#include "sim/particles/sphere_islands.h"
+#include "sim/base/islands.h"
 
 namespace weft::sim::sphere_solvers_test {
 namespace {
@@ -132,11 +132,11 @@ TEST(RowBatches, AreSolvedAgainHoweverManyHaveBeenSolved) {
   EXPECT_EQ(swept, 500'000);
 }
 
-TEST(SphereIslands, AreWhatPathsConnect) {
+TEST(ConnectedElements, FormIslands) {
   constexpr int spheres = 300;
   std::mt19937 random(11);
   std::uniform_int_distribution<int> sphere(0, spheres - 1);
-  SphereIslands islands;
+  Islands islands;
   for (int trial = 0; trial < 2; ++trial) {
     islands.clear(spheres);
     std::vector<int> expected(spheres);  // the lowest sphere that can be reached
