@@ -58,6 +58,8 @@ Pyramid::Pyramid(const Atlas& atlas, const PyramidParts& parts) : atlas_(atlas),
 
 void Pyramid::add_patch(int patch) {
   const Patch& image = atlas_.patches()[patch];
+  if (std::min(image.quad_rows(), image.quad_cols()) < 1)
+    throw std::invalid_argument("patch " + std::to_string(patch) + " has no quads");
   if (std::max(image.quad_rows(), image.quad_cols()) > quad_limit) {
     throw std::invalid_argument("patch " + std::to_string(patch) + " has more than " +
                                 std::to_string(quad_limit) + " quads along an axis");

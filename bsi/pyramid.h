@@ -68,7 +68,8 @@ class Pyramid {
   // Largest number of quads along an axis of a patch.
   static constexpr int quad_limit = 1 << 17;
 
-  // Throws std::invalid_argument, naming the patch, if an axis has more than quad_limit quads.
+  // Throws std::invalid_argument, naming the patch, if an axis has no quads, as in
+  // Atlas::of_points(), or more than quad_limit.
   explicit Pyramid(const Atlas& atlas, const PyramidParts& parts = {});
   Pyramid(Pyramid&&) = default;
   Pyramid& operator=(Pyramid&&) = default;

@@ -344,6 +344,15 @@ TEST(Pyramid, RefusesAnAxisOfTooManyQuads) {
   }
 }
 
+TEST(Pyramid, RefusesPoints) {
+  try {
+    const Pyramid pyramid(Atlas::of_points(3));
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "patch 0 has no quads");
+  }
+}
+
 TEST(Pyramid, IsSmall) {
   constexpr std::size_t limit = 4'000'000;
   Pyramid pyramid(Atlas({{256, 256}}));

@@ -8,11 +8,11 @@
 #include <random>
 #include <set>
 
+#include "sim/base/islands.h"
 #include "sim/case/case_reader.h"
 #include "sim/particles/displacement_solver.h"
 #include "sim/particles/impulse_solver.h"
 #include "sim/particles/row_batches.h"
-#include "sim/base/islands.h"
 
 namespace weft::sim::sphere_solvers_test {
 namespace {
@@ -481,6 +481,27 @@ TEST_F(Heap, HasDisplacementsThatKeepEveryGapOpen) {
   for (int call = 0; call < 50; ++call) displacements.correct();
   EXPECT_EQ(displacements.mean(20), Vec3::Zero());
   check();
+}
+
+// A step restores a fifth of what a gap lacks at its start. Both spheres move by amounts inverse to
+// their masses, also where they would stay at rest.
+TEST(Displacements, RestoreAFifthOfALackingGap) {
+  const std::vector<double> rest{1e-5, 2e-5}, inverse_mass{1, 3};
+  constexpr double length = 1e-3;
+  SphereContact contact;
+  contact.sphere = 0;
+  contact.other = 1;
+  contact.normal = Vec3(0, 0, 1);
+  for (const double gap : {0.0, 0.4e-5, 0.9e-5}) {
+    contact.gap = gap;
+    DisplacementSolver displacements(rest, inverse_mass);
+    const std::vector<Vec3> still(2, Vec3::Zero());
+    displacements.start(std::span(&contact, 1), length, still);
+    for (int call = 0; call < 50; ++call) displacements.correct();
+    const double up = length * displacements.mean(0).z(), down = length * displacements.mean(1).z();
+    EXPECT_NEAR(up - down, 0.2 * (1e-5 - gap), 1e-10) << gap;
+    EXPECT_NEAR(down, -3 * up, 1e-10) << gap;
+  }
 }
 
 TEST_F(Heap, BeginsWithMostOfTheLastCorrections) {
