@@ -14,7 +14,7 @@ constexpr int least_patience = 8, most_patience = 4096;
 
 double iterations_per_factorisation(int particles) { return 40 + 5 * std::sqrt(particles); }
 
-bool HardSystems::next_is_hard(double gamma) {
+bool HardSystems::take_hard_system(double gamma) {
   if (gamma < hard_from_) return false;
   if (systems_left_ == 0) {
     hard_from_ = std::numeric_limits<double>::infinity();
@@ -24,7 +24,7 @@ bool HardSystems::next_is_hard(double gamma) {
   return true;
 }
 
-bool HardSystems::takes_too_long(double gamma, int iterations) {
+bool HardSystems::record(double gamma, int iterations) {
   if (iterations <= worthwhile_iterations_) {
     if (gamma >= hard_gamma_) patience_ = 0;
     return false;

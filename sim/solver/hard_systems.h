@@ -19,11 +19,11 @@ class HardSystems {
   HardSystems(double worthwhile_iterations, bool is_allowed)
       : worthwhile_iterations_(worthwhile_iterations), is_allowed_(is_allowed) {}
 
-  // True if the next system, with this gamma (s), is to be solved by the second method. The caller
-  // must then do so, because the call counts the system.
-  bool next_is_hard(double gamma);
+  // Takes the next system, with this gamma (s), out of those that the second method solves. Returns
+  // false if the first method solves it.
+  bool take_hard_system(double gamma);
   // Records the iterations of a system with this gamma (s). Returns true if the system is hard.
-  bool takes_too_long(double gamma, int iterations);
+  bool record(double gamma, int iterations);
   // True if a system of so many iterations is hard.
   bool would_be_hard(int iterations) const {
     return is_allowed_ && iterations > worthwhile_iterations_;

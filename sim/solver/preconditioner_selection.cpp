@@ -47,7 +47,7 @@ bool PreconditionerSelection::wants_multigrid() {
       break;
   }
   return matrix_.gamma() * highest_frequency() > multigrid_break_even ||
-         for_block_jacobi_.next_is_hard(matrix_.gamma());
+         for_block_jacobi_.take_hard_system(matrix_.gamma());
 }
 
 void PreconditionerSelection::make_multigrid() {
@@ -97,7 +97,7 @@ void PreconditionerSelection::give_up_multigrid() {
 bool PreconditionerSelection::rebuild_if_worn_out(int iterations, double residual) {
   if (!is_multigrid() && may_leave_block_jacobi_ && for_block_jacobi_.would_be_hard(iterations)) {
     may_leave_block_jacobi_ = false;
-    static_cast<void>(for_block_jacobi_.takes_too_long(matrix_.gamma(), iterations));
+    for_block_jacobi_.record(matrix_.gamma(), iterations);
     make_multigrid();
     if (!rebuild_coarse_matrices()) return false;
     chosen_ = multigrid_.get();
@@ -115,7 +115,7 @@ void PreconditionerSelection::finish_solve(int iterations, double residual) {
   if (is_multigrid()) {
     age_.finish(iterations, residual);
   } else {
-    static_cast<void>(for_block_jacobi_.takes_too_long(matrix_.gamma(), iterations));
+    for_block_jacobi_.record(matrix_.gamma(), iterations);
   }
 }
 

@@ -101,7 +101,7 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
                                               std::span<const double> weight, const Goal& goal,
                                               std::span<double> correction) {
   Outcome outcome;
-  if (factorisation_.next_is_hard(gamma)) {
+  if (factorisation_.take_hard_system(gamma)) {
     factorise(gamma, b, correction, outcome);
     return outcome;
   }
@@ -113,8 +113,9 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
   form_right_side(with_free_positions(right));
   outcome = conjugate_gradients_.solve(right_side_, StateView::of(weight).velocity, goal, dv);
   if (outcome.stopped) return outcome;
-  const bool is_hard = factorisation_.takes_too_long(gamma, outcome.iterations);
-  if (is_hard && !outcome.converged && !outcome.indefinite && factorisation_.next_is_hard(gamma)) {
+  const bool is_hard = factorisation_.record(gamma, outcome.iterations);
+  if (is_hard && !outcome.converged && !outcome.indefinite &&
+      factorisation_.take_hard_system(gamma)) {
     factorise(gamma, b, correction, outcome);
     return outcome;
   }
