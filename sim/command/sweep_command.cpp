@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
+#include <set>
 
 #include "sim/base/stopwatch.h"
 #include "sim/case/case_error.h"
@@ -184,7 +185,13 @@ int code_of(const std::vector<RunRecord>& records, const EngineReport& report) {
   const RecordCounts counts = count_records(records);
   const bool have_ended = counts.interrupted + counts.running + counts.not_begun == 0;
   if (report.ran_out_of_time && !have_ended) return 128 + SIGTERM;
-  return counts.failed + counts.interrupted > 0 ? exit_code::some_runs_failed : exit_code::done;
+  const int left_out = report.input_faults.empty() ? 0 : counts.not_begun;
+  return counts.failed + counts.interrupted + left_out > 0 ? exit_code::some_runs_failed
+                                                           : exit_code::done;
+}
+
+void print_complaints(const std::set<std::string>& input_faults) {
+  for (const std::string& fault : input_faults) complain("weft: " + fault);
 }
 
 void print_complaints(const OutputCollector& collector) {
@@ -226,11 +233,14 @@ int compute(const SweepCommand& command, const fs::path& directory, const SweepP
     summarise(command, directory, plan, records, collector);
   }
   print_complaints(collector);
+  print_complaints(report.input_faults);
   std::vector<RunRecord> answered;
   for (const std::size_t index : mine) answered.push_back(records[index]);
   const int code = code_of(answered, report);
   if (command.json) {
-    print_json(sweep_json(directory, plan, records, code, has_failed));
+    Json json = sweep_json(directory, plan, records, code, has_failed);
+    json["input_faults"] = report.input_faults;
+    print_json(json);
     return code;
   }
   print_failures(plan, records);
@@ -370,11 +380,13 @@ int estimate_sweep_cost(const SweepCommand& command) {
   return with_faults(command, [&] {
     refuse_too_many_processes(command);
     const SweepPlan plan = plan_sweep(read_sweep(command.path), command.overrides);
+    check_outputs(plan);
     const fs::path directory = directory_of(command);
     write_plan(directory, plan);
     const EngineOptions options = engine_options(command, plan.runs.size());
     const SweepEstimate estimate =
         estimate_sweep(directory, plan, options, static_cast<std::size_t>(command.pilots));
+    print_complaints(estimate.input_faults);
     if (estimate.stop_signal != 0) return 128 + estimate.stop_signal;
     const int code =
         estimate.done == estimate.pilots.size() ? exit_code::done : exit_code::some_runs_failed;

@@ -14,6 +14,7 @@
 #include "sim/base/file_error.h"
 #include "sim/case/case_text.h"
 #include "sim/sweep/child_process.h"
+#include "sim/sweep/run_identity.h"
 #include "sim/sweep/sweep_outputs.h"
 #include "sim/sweep/whole_file.h"
 
@@ -118,7 +119,8 @@ class LocalEngine {
         plan_(plan),
         options_(options),
         observer_(observer),
-        schedule_(options.end, Clock::now()) {
+        schedule_(options.end, Clock::now()),
+        inputs_(plan.digests) {
     for (const RunToDo& run : options.runs) waiting_.push_back({.run = run});
     for (const RunToDo& run : options.others) others_.push_back({.run = run, .is_own = false});
   }
@@ -172,6 +174,8 @@ class LocalEngine {
       return folder(index).result() && folder(index).result_mark() != replaced;
     };
     if (is_ended()) return;
+    const InputCheck::Finding input = inputs_.look_at(run.inputs);
+    if (input.state != InputCheck::State::as_planned) return leave_out(index, input.reason);
     std::optional<RunAttempt> attempt =
         folder(index).begin(run.case_text, {.replaced = replaced, .anew = next.anew});
     if (!attempt) {
@@ -189,6 +193,12 @@ class LocalEngine {
     command.inherited = attempt->lock_descriptor();
     observer_.begun(index, next.number, command.errors);
     active_.push_back({std::move(next), std::move(*attempt), ChildProcess(command)});
+  }
+
+  // Leaves the run without a result.
+  void leave_out(std::size_t index, const std::string& reason) {
+    report_.input_faults.insert(reason);
+    observer_.left_out(index, reason);
   }
 
   // Looks at the run again later.
@@ -261,14 +271,20 @@ class LocalEngine {
 
   void settle(Active ended, const ChildEnd& end) {
     const std::size_t index = ended.start.run.index;
+    const InputCheck::Finding input = inputs_.look_at(plan_.runs[index].inputs);
+    if (input.state == InputCheck::State::changed) {
+      // The attempt may have read the file as it was or as it is.
+      folder(index).discard(std::move(ended.attempt));
+      return leave_out(index, input.reason);
+    }
     if (was_stopped(ended, end)) return observer_.interrupted(index);
+    if (input.state == InputCheck::State::unreadable) return leave_out(index, input.reason);
     const RunResult result = result_of(ended, end);
-    // A checkpoint of another build is refused, and one that is damaged cannot be read.
-    const bool cannot_resume = ended.attempt.resumes() && (result.failure == Failure::bad_case ||
-                                                           result.failure == Failure::input_output);
     Waiting again = ended.start;
-    if (cannot_resume && !stopping()) {
+    const std::string fault = stopping() ? "" : fault_of_checkpoint(ended, result);
+    if (!fault.empty()) {
       again.anew = true;
+      observer_.begins_anew(index, fault);
       return waiting_.push_front(std::move(again));
     }
     if (may_pass(result.failure) && again.number <= options_.retries && !stopping()) {
@@ -283,6 +299,19 @@ class LocalEngine {
       has_failed_fast_ = true;
       stop_all(SIGTERM);
     }
+  }
+
+  // Returns the reason why the run cannot go on from the checkpoint with which it began, or an
+  // empty text. A full disk, for example, is none: the next attempt may have room.
+  std::string fault_of_checkpoint(const Active& ended, const RunResult& result) const {
+    const bool was_refused =
+        result.failure == Failure::bad_case || result.failure == Failure::input_output;
+    if (!ended.attempt.resumes() || !was_refused) return "";
+    // The state in a checkpoint is read by the simulation alone.
+    if (result.reason.find("run.checkpoint: cannot be continued: ") != std::string::npos)
+      return result.reason;
+    return ended.attempt.fault_of_checkpoint(plan_.runs[ended.start.run.index].case_text,
+                                             plan_.estimate_error);
   }
 
   RunResult result_of(const Active& ended, const ChildEnd& end) const {
@@ -334,6 +363,7 @@ class LocalEngine {
       joined_outputs(plan_.case_outputs, plan_.sweep_outputs);
   BlockedSignals signals_;
   StopSchedule schedule_;
+  InputCheck inputs_;
   StopSchedule::Phase phase_ = StopSchedule::Phase::running;
   // Own runs, own runs that another worker is at, and runs of others.
   std::deque<Waiting> waiting_, held_, others_;

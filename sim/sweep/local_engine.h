@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,10 @@ class EngineObserver {
   virtual void begun(std::size_t index, int attempt, const std::filesystem::path& log) = 0;
   // Run `index` has ended and its result is written.
   virtual void ended(std::size_t index, const RunResult& result) = 0;
+  // Run `index` cannot go on from its checkpoint for this reason, and begins at t = 0.
+  virtual void begins_anew(std::size_t index, const std::string& reason) = 0;
+  // Run `index` is left without a result for this reason, which is about a file that it reads.
+  virtual void left_out(std::size_t index, const std::string& reason) = 0;
   // Run `index` was stopped and can go on later.
   virtual void interrupted(std::size_t index) = 0;
   // Another worker is at run `index`.
@@ -47,13 +52,19 @@ class EngineObserver {
 struct EngineReport {
   int stop_signal = 0;           // SIGINT or SIGTERM if one of them stopped the engine
   bool ran_out_of_time = false;  // true if EngineOptions::end or SIGUSR1 stopped it
-  double wall_seconds = 0;       // of the engine
-  double busy_seconds = 0;       // wall time of all runs; at most processes * wall_seconds
+  // Reasons why runs were left without a result: files that they read and that are not as planned.
+  std::set<std::string> input_faults;
+  double wall_seconds = 0;  // of the engine
+  double busy_seconds = 0;  // wall time of all runs; at most processes * wall_seconds
 };
 
 // Computes all runs of options.runs, in the order of the list, and writes their results; then those
 // of options.others that no worker has begun. Runs that another worker is at are waited for, and
 // taken over if it gives them up, if they belong to options.runs.
+//
+// A run of which a file is not as planned, before it begins or when it has ended, gets no result:
+// it would be that of another hash. The files of its attempt are removed if an input has changed,
+// and kept for a later call if one cannot be read.
 //
 // SIGINT or SIGTERM stops all runs by SIGTERM; a second one kills them. SIGUSR1 says that time is
 // short (StopSchedule). These signals are blocked meanwhile. Throws FileError if the folder of the

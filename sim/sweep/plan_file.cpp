@@ -14,7 +14,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // Number of the layout of the file. Another number is refused.
-constexpr int plan_format = 2;
+constexpr int plan_format = 3;
 
 // Texts may hold bytes that are not UTF-8, such as paths; JSON cannot.
 std::string dump(const Json& json) {
@@ -62,6 +62,7 @@ void write_plan(const std::filesystem::path& directory, const SweepPlan& plan) {
                      ",\n\"estimate_error\": " + (plan.estimate_error ? "true" : "false") +
                      ",\n\"case_outputs\": " + dump(outputs_json(plan.case_outputs)) +
                      ",\n\"sweep_outputs\": " + dump(outputs_json(plan.sweep_outputs)) +
+                     ",\n\"files\": " + dump(plan.digests) +
                      ",\n\"left_out\": " + std::to_string(plan.left_out) + ",\n\"runs\": [";
   const char* separator = "\n";
   for (const PlannedRun& run : plan.runs) {
@@ -69,6 +70,7 @@ void write_plan(const std::filesystem::path& directory, const SweepPlan& plan) {
     if (run.refusal.empty()) {
       json["case"] = run.case_text;
       json["work"] = run.work;
+      if (!run.inputs.empty()) json["files"] = run.inputs;
     } else {
       json["refusal"] = run.refusal;
     }
@@ -97,6 +99,7 @@ SweepPlan read_plan(const std::filesystem::path& directory) {
     json.at("estimate_error").get_to(plan.estimate_error);
     plan.case_outputs = outputs_of(json.at("case_outputs"), path);
     plan.sweep_outputs = outputs_of(json.at("sweep_outputs"), path);
+    json.at("files").get_to(plan.digests);
     json.at("left_out").get_to(plan.left_out);
     for (const Json& each : json.at("runs")) {
       PlannedRun& run = plan.runs.emplace_back();
@@ -105,6 +108,7 @@ SweepPlan read_plan(const std::filesystem::path& directory) {
       run.refusal = each.value("refusal", "");
       run.case_text = each.value("case", "");
       run.work = each.value("work", 0.0);
+      run.inputs = each.value("files", std::vector<std::string>());
     }
     return plan;
   } catch (const Json::exception& error) {

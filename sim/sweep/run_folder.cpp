@@ -13,7 +13,10 @@
 #include <vector>
 
 #include "sim/base/file_error.h"
+#include "sim/case/case_error.h"
+#include "sim/case/case_reader.h"
 #include "sim/run/numerics_version.h"
+#include "sim/run/resumption.h"
 #include "sim/sweep/run_identity.h"
 #include "sim/sweep/whole_file.h"
 #include "sim/trajectory/file_lock.h"
@@ -93,6 +96,31 @@ RunResult result_from(const Json& json) {
   return result;
 }
 
+// True if all bytes of a file can be read.
+bool can_be_read(const fs::path& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (file < 0) return false;
+  std::vector<char> part(1 << 16);
+  ssize_t count = 1;
+  while (count > 0 || (count < 0 && errno == EINTR)) count = read(file, part.data(), part.size());
+  close(file);
+  return count == 0;
+}
+
+// Returns the message of an exception with which `find` refuses, or an empty text.
+std::string refusal_of(const auto& find) {
+  try {
+    find();
+  } catch (const CaseError& error) {
+    return error.what();
+  } catch (const FileError& error) {
+    return error.what();
+  } catch (const std::bad_alloc&) {
+    return "";  // another time there may be enough memory
+  }
+  return "";
+}
+
 }  // namespace
 
 const char* failure_name(RunResult::Failure failure) {
@@ -111,6 +139,23 @@ RunAttempt::RunAttempt(RunAttempt&& other) noexcept
 
 RunAttempt::~RunAttempt() {
   if (lock_ >= 0) close(lock_);
+}
+
+std::string RunAttempt::fault_of_checkpoint(const std::string& case_text,
+                                            bool estimates_error) const {
+  const fs::path trajectory = folder_ / "run.h5";
+  const auto files_can_be_read = [&] {
+    return can_be_read(folder_ / "run.checkpoint") && can_be_read(trajectory) &&
+           !is_locked(trajectory.string());
+  };
+  if (!files_can_be_read()) return "";
+  std::optional<Case> source;
+  const auto read = [&] { source = parse_case(case_text, (folder_ / "run.toml").string()); };
+  if (!refusal_of(read).empty() || !source) return "";
+  const std::string reason = refusal_of(
+      [&] { find_resumption(trajectory.string(), *source, {.estimates_error = estimates_error}); });
+  // A disk may fail between the two.
+  return files_can_be_read() ? reason : "";
 }
 
 RunFolder::RunFolder(const fs::path& sweep, const std::string& hash)
@@ -214,6 +259,14 @@ bool RunFolder::finish(RunAttempt attempt, const RunResult& result) const {
   fs::remove_all(attempt.folder(), ignored);
   fs::remove(lock_path(), ignored);
   return true;
+}
+
+void RunFolder::discard(RunAttempt attempt) const {
+  if (!attempt.is_ours()) return;
+  std::error_code ignored;  // without its checkpoint, a folder that stays is only begun anew
+  fs::remove(attempt.folder() / "run.checkpoint", ignored);
+  fs::remove_all(attempt.folder(), ignored);
+  fs::remove(lock_path(), ignored);
 }
 
 }  // namespace weft::sim

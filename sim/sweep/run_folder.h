@@ -70,6 +70,10 @@ class RunAttempt {
   bool resumes() const { return resumes_; }
   // True if no other worker has taken the folder over.
   bool is_ours() const { return std::filesystem::exists(folder_); }
+  // Returns the reason why no attempt can go on from the checkpoint: it is damaged, or it belongs
+  // to another version of Weft, case or trajectory. Returns an empty text for a checkpoint from
+  // which the run can go on, and if the files cannot be read at present, which tells nothing.
+  std::string fault_of_checkpoint(const std::string& case_text, bool estimates_error) const;
 
  private:
   friend class RunFolder;
@@ -116,6 +120,9 @@ class RunFolder {
   // before the result is, so that a result has its files if the machine stops. Returns false if the
   // attempt was taken over by another worker; nothing is then written. Throws FileError.
   bool finish(RunAttempt attempt, const RunResult& result) const;
+  // Removes the files of the attempt, so that the run begins anew when it is next computed. Leaves
+  // an attempt alone that was taken over by another worker.
+  void discard(RunAttempt attempt) const;
 
  private:
   std::filesystem::path lock_path() const { return path_ / "in_use"; }

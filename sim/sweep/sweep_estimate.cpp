@@ -14,6 +14,8 @@ class SilentObserver final : public EngineObserver {
  public:
   void begun(std::size_t, int, const std::filesystem::path&) override {}
   void ended(std::size_t, const RunResult&) override {}
+  void begins_anew(std::size_t, const std::string&) override {}
+  void left_out(std::size_t, const std::string&) override {}
   void interrupted(std::size_t) override {}
   void held_by_another(std::size_t) override {}
   void idle() override {}
@@ -52,7 +54,9 @@ SweepEstimate estimate_sweep(const std::filesystem::path& directory, const Sweep
   options.runs.clear();
   for (const std::size_t index : estimate.pilots) options.runs.push_back({index});
   SilentObserver observer;
-  estimate.stop_signal = compute_runs(directory, plan, options, observer).stop_signal;
+  const EngineReport report = compute_runs(directory, plan, options, observer);
+  estimate.stop_signal = report.stop_signal;
+  estimate.input_faults = report.input_faults;
   for (const std::size_t index : estimate.pilots) {
     const RunFolder folder(directory, plan.runs[index].hash);
     const auto result = folder.result();

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "sim/sweep/local_engine.h"
@@ -18,6 +20,7 @@ struct SweepEstimate {
   double peak_memory = 0;                            // MiB of the run that takes most
   double mean_disk = 0;                              // bytes per run
   int stop_signal = 0;                               // SIGINT or SIGTERM, if one ended the pilots
+  std::set<std::string> input_faults;                // EngineReport::input_faults of the pilots
 
   double cpu_hours() const { return mean_cpu * static_cast<double>(runs) / 3600; }
   double disk() const { return mean_disk * static_cast<double>(runs); }

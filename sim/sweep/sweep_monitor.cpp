@@ -115,6 +115,18 @@ void SweepMonitor::refresh_summary() {
                   std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(pause));
 }
 
+void SweepMonitor::begins_anew(std::size_t index, const std::string& reason) {
+  print(index, "begins anew, since it cannot go on from its checkpoint: " + reason);
+}
+
+void SweepMonitor::left_out(std::size_t index, const std::string& reason) {
+  RunRecord& record = records_[index];
+  if (!has_ended(record))
+    record = {RunFolder(directory_, plan_.runs[index].hash).state_without_result(), {}};
+  std::erase_if(shown_, [&](const Shown& run) { return run.index == index; });
+  print(index, std::string(state_name(record.state)) + ": " + reason);
+}
+
 void SweepMonitor::interrupted(std::size_t index) {
   records_[index] = {RunState::interrupted, {}};
   std::erase_if(shown_, [&](const Shown& run) { return run.index == index; });

@@ -33,6 +33,8 @@ class SweepMonitor final : public EngineObserver {
 
   void begun(std::size_t index, int attempt, const std::filesystem::path& log) override;
   void ended(std::size_t index, const RunResult& result) override;
+  void begins_anew(std::size_t index, const std::string& reason) override;
+  void left_out(std::size_t index, const std::string& reason) override;
   void interrupted(std::size_t index) override;
   void held_by_another(std::size_t index) override;
   void idle() override;

@@ -111,10 +111,12 @@ std::vector<double> OutputCollector::compute(const std::string& hash, const RunR
   const fs::path trajectory = RunFolder(directory_, hash).path() / "run.h5";
   std::error_code unknown;
   if ((anew_ || !has_all) && fs::exists(trajectory, unknown)) {
-    found = evaluate(trajectory, outputs_, [&](const std::string& reason) {
+    auto of_trajectory = evaluate(trajectory, outputs_, [&](const std::string& reason) {
       if (std::ranges::find(complaints_, reason) == complaints_.end())
         complaints_.push_back(reason);
     });
+    of_trajectory.merge(found);  // of a trajectory that is damaged since, the result has them still
+    found = std::move(of_trajectory);
   }
   std::vector<double> values;
   for (const OutputExpression& output : outputs_) {

@@ -38,8 +38,8 @@ class OutputCollector {
 
   const std::vector<OutputExpression>& outputs() const { return outputs_; }
   // Returns the outputs of a run that has ended with this result, NaN for those that do not exist.
-  // A run without a trajectory has those of its result. A run whose trajectory cannot be read, or
-  // does not have what an output asks for, has none, and adds a complaint.
+  // A run without a trajectory has those of its result. So has a run whose trajectory cannot be
+  // read, or does not have what an output asks for, which adds a complaint.
   const std::vector<double>& values(const std::string& hash, const RunResult& result);
   // Forgets the outputs of a run that has ended anew.
   void forget(const std::string& hash) { values_.erase(hash); }

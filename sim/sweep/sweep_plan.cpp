@@ -4,8 +4,12 @@
 #include <cmath>
 #include <exception>
 #include <filesystem>
+#include <limits>
+#include <map>
+#include <sstream>
 
 #include "sim/case/case_error.h"
+#include "sim/case/case_include.h"
 #include "sim/case/case_override.h"
 #include "sim/case/case_text.h"
 #include "sim/case/case_tree.h"
@@ -46,7 +50,9 @@ struct Column {
     return {number(value), false, factor->numbers_location};
   }
   std::string number(double value) const {
-    return is_whole ? std::to_string(std::llround(value)) : toml_number(value);
+    constexpr double first_beyond = 0x1p63;  // which no whole number in TOML reaches
+    const bool is_written_whole = is_whole && std::abs(value) < first_beyond;
+    return is_written_whole ? std::to_string(std::llround(value)) : toml_number(value);
   }
 };
 
@@ -55,11 +61,44 @@ CaseOverride override_of(const std::string& key, const SourceLocation& key_place
   return {key, value.text, true, key_place, value.where};
 }
 
+bool is_index(const std::string& part) {
+  return !part.empty() && part.find_first_not_of("0123456789") == std::string::npos;
+}
+
+// Returns the index, as text, of an entry of a list that a key names; or the name if no entry has
+// it.
+std::string index_text(const toml::array& list, const std::string& name) {
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const toml::table* entry = list[i].as_table();
+    if (entry != nullptr && (*entry)["name"].value<std::string>() == name) return std::to_string(i);
+  }
+  return name;
+}
+
+// Returns a key of a case with the indices of all entries that it names, which is the same text for
+// all names of one value: "body.0.position.2" for "body.cloth.position.2".
+std::string key_by_indices(const toml::table& root, const std::string& key) {
+  std::istringstream parts(key);
+  const toml::node* node = &root;
+  std::string result;
+  for (std::string part; std::getline(parts, part, '.');) {
+    const toml::array* list = node == nullptr ? nullptr : node->as_array();
+    const toml::table* table = node == nullptr ? nullptr : node->as_table();
+    if (list != nullptr) part = index_text(*list, part);
+    if (table == nullptr && is_index(part))
+      part.erase(0, std::min(part.find_first_not_of('0'), part.size() - 1));
+    result += (result.empty() ? "" : ".") + part;
+    node = table != nullptr ? table->get(part) : nullptr;
+    if (list != nullptr && is_index(part) && part.size() < 10) node = list->get(std::stoul(part));
+  }
+  return result;
+}
+
 // Returns PlannedRun::work of a case.
 double work_of(const Case& source) {
   double vertices = 0;
   for (const double each : size_of_case(source).body) vertices += std::max(1.0, each);
-  return vertices * source.time.duration;
+  return std::min(vertices * source.time.duration, std::numeric_limits<double>::max());
 }
 
 // The values of one run, one per column.
@@ -76,6 +115,7 @@ class Planner {
     }
     base_ = base.text;
     add_fixed(overrides);
+    note_fixed_keys();
     for (const FactorCase& factor : sweep.factors) add_column(factor);
     if (!sweep.run.empty()) add_listed_columns();
     check_repeat_key();
@@ -100,6 +140,7 @@ class Planner {
       }
     }
     refuse_empty_plan();
+    plan_.digests = hasher_.digests();
     return std::move(plan_);
   }
 
@@ -131,6 +172,25 @@ class Planner {
     }
   }
 
+  // Reads the tree of the base case, and notes which keys of it have fixed values.
+  void note_fixed_keys() {
+    tree_ = parse_toml(base_, base_path_);
+    for (const CaseOverride& each : fixed_) {
+      if (each.key == "include" || each.key.starts_with("include.")) apply_override(tree_, each);
+    }
+    merge_includes(tree_, base_path_);
+    for (const CaseOverride& each : fixed_)
+      keys_.emplace(key_by_indices(tree_, each.key), each.key);
+  }
+
+  // Throws CaseError for a key that has values in this sweep by another name.
+  void refuse_second_name(const std::string& key, const SourceLocation& place) {
+    const auto [known, is_new] = keys_.emplace(key_by_indices(tree_, key), key);
+    if (is_new) return;
+    throw CaseError(place, in_quotes(key) + " is the same key as " + in_quotes(known->second),
+                    "expected it once in a sweep");
+  }
+
   // Throws CaseError at a value that the case refuses. Returns true if the key takes whole numbers
   // only.
   bool check_value(const std::string& key, const SourceLocation& key_place,
@@ -141,6 +201,7 @@ class Planner {
   }
 
   void add_column(const FactorCase& factor) {
+    refuse_second_name(factor.key, factor.key_location);
     Column column{factor.key, factor.key_location, factor.list, &factor};
     for (const TomlValue& value : factor.list)
       column.is_whole = check_value(factor.key, factor.key_location, value);
@@ -174,10 +235,24 @@ class Planner {
       }
       column.list.push_back({column.number(value), false, factor.numbers_location});
     }
+    refuse_equal_values(column);
+  }
+
+  // Throws CaseError for a range of fewer numbers than values.
+  static void refuse_equal_values(const Column& column) {
+    const FactorCase& factor = *column.factor;
+    const auto same = [](const TomlValue& a, const TomlValue& b) { return a.text == b.text; };
+    const bool is_point = factor.range[0] == factor.range[1];
+    if (is_point || std::ranges::adjacent_find(column.list, same) == column.list.end()) return;
+    throw CaseError(factor.numbers_location,
+                    in_quotes(column.key) + " has a range of fewer numbers than " +
+                        counted(factor.count, "value", "values"),
+                    "expected a smaller \"count\", or ends farther apart");
   }
 
   void add_listed_columns() {
     for (const KeyedValue& each : sweep_.run.front().set) {
+      refuse_second_name(each.key, each.key_place);
       Column column{each.key, each.key_place, {}};
       for (const ListedRun& run : sweep_.run) {
         const auto found = std::ranges::find(run.set, each.key, &KeyedValue::key);
@@ -188,9 +263,10 @@ class Planner {
     }
   }
 
-  void check_repeat_key() const {
+  void check_repeat_key() {
     const SampleCase& sample = sweep_.sample;
     if (sample.repeat_key.empty()) return;
+    refuse_second_name(sample.repeat_key, sweep_.repeat_key_location);
     check_value(sample.repeat_key, sweep_.repeat_key_location,
                 {std::to_string(sample.repeats), false, sweep_.repeat_key_location});
   }
@@ -297,6 +373,7 @@ class Planner {
       if (sweep_.estimate_error) refuse_error_of_equilibrium(source);
       if (plan_.case_outputs.empty()) plan_.case_outputs = source.outputs;
       run.hash = hasher_.hash(source, sweep_.estimate_error);
+      run.inputs = input_paths(source);
       run.case_text = portable_case_text(without_replaced_outputs(source));
       run.work = work_of(source);
     } catch (const CaseError& error) {
@@ -343,7 +420,10 @@ class Planner {
 
   const SweepCase& sweep_;
   std::string base_path_, base_;
+  toml::table tree_;                 // of the base case
   std::vector<CaseOverride> fixed_;  // overrides of all runs
+  // Keys with values in this sweep, by key_by_indices().
+  std::map<std::string, std::string> keys_;
   std::vector<Column> columns_;
   RunHasher hasher_;
   SweepPlan plan_;

@@ -1,6 +1,7 @@
 // The plan of a sweep: the list of its runs, frozen when it is made.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@ struct PlannedRun {
   // Reason why the case of this combination is refused, with its place; empty for a case that can
   // run. Such a run has failed from the start.
   std::string refusal;
+  std::vector<std::string> inputs;  // paths of the files it reads: input_paths() (run_identity.h)
   std::string case_text;  // portable_case_text() (run_identity.h); empty for a refused run
   // Measure of the run's cost, by which long runs are found: vertices of all bodies times simulated
   // seconds. Shapes from files count as one vertex.
@@ -28,6 +30,8 @@ struct SweepPlan {
   bool estimate_error = false;  // runs measure their errors (weft run --estimate-error)
   // [outputs] of the case and of the sweep file (sweep_outputs.h).
   std::vector<OutputExpression> case_outputs, sweep_outputs;
+  // SHA-256 of the files that the runs read, by path (RunHasher::digests(), run_identity.h).
+  std::map<std::string, std::string> digests;
   std::vector<PlannedRun> runs;
   int left_out = 0;  // number of combinations that rules leave out
 };

@@ -220,6 +220,46 @@ runs = 3
 )",
        R"(sweep.toml:3:39: "density" is 0
   expected a number > 0 (kg/m^2))"},
+      {"range_of_too_few_numbers",
+       R"(case = "base.toml"
+[factors]
+"contact.friction" = { range = [0.5, 0.5000000000000002], count = 4 }
+)",
+       R"(sweep.toml:3:32: "contact.friction" has a range of fewer numbers than 4 values
+  expected a smaller "count", or ends farther apart)"},
+      {"range_of_huge_whole_numbers",
+       R"(case = "base.toml"
+[factors]
+"body.sheet.shape.resolution.0" = { range = [1e19, 3e19], count = 3 }
+)",
+       R"(sweep.toml:3:45: "resolution[0]" is a number with a point or exponent
+  expected an array of 1 to 3 whole numbers >= 2)"},
+      {"factor_by_two_names",
+       R"(case = "base.toml"
+[factors]
+"body.sheet.shape.resolution.1" = { list = [5, 9] }
+"body.0.shape.resolution.01" = { list = [7] }
+)",
+       R"(sweep.toml:4:1: "body.0.shape.resolution.01" is the same key as "body.sheet.shape.resolution.1"
+  expected it once in a sweep)"},
+      {"factor_and_set_by_two_names",
+       R"(case = "base.toml"
+[set]
+"body.sheet.position.2" = 1.0
+[factors]
+"body.0.position.2" = { list = [1.0, 2.0] }
+)",
+       R"(sweep.toml:5:1: "body.0.position.2" is the same key as "body.sheet.position.2"
+  expected it once in a sweep)"},
+      {"listed_run_by_two_names",
+       R"(case = "base.toml"
+[sample]
+method = "list"
+[[run]]
+set = { "body.sheet.position.2" = 1.0, "body.0.position.2" = 2.0 }
+)",
+       R"(sweep.toml:5:40: "body.0.position.2" is the same key as "body.sheet.position.2"
+  expected it once in a sweep)"},
       {"range_of_whole_numbers_with_fractions",
        R"(case = "base.toml"
 [factors]

@@ -142,6 +142,9 @@ TEST_F(SweepCollect, RefusesOutputsBeforeARunBegins) {
   EXPECT_EQ(refused.err,
             "sweep.toml:8:10: unknown name \"largest_strech\"\n  did you mean "
             "\"largest_stretch\"?\n");
+  const Result estimate = weft({"sweep", "estimate", "sweep.toml"});
+  EXPECT_EQ(estimate.code, exit_code::bad_case);
+  EXPECT_EQ(estimate.err, refused.err);
   EXPECT_FALSE(exists("out"));
 }
 
@@ -165,6 +168,18 @@ TEST_F(SweepCollect, KeepsOutputsOfRunsWithoutTrajectories) {
   ASSERT_EQ(weft({"sweep", "collect", "out/sweep"}).code, 0);
   EXPECT_EQ(column("width"), (std::vector<std::string>(4)));
   EXPECT_EQ(column("cost"), (std::vector<std::string>{"0.04", "0.05", "0.04", "0.05"}));
+}
+
+// The result of a run has its outputs, even if its trajectory can no longer be read.
+TEST_F(SweepCollect, KeepsOutputsOfRunsWithDamagedTrajectories) {
+  ASSERT_EQ(weft({"sweep", "sweep.toml", "--quiet"}).code, 0);
+  const std::string before = read_bytes(path("out/sweep/summary.csv"));
+  for (const auto& run : std::filesystem::directory_iterator(path("out/sweep/runs")))
+    std::ofstream(run.path() / "run.h5") << "damaged";
+  const Result result = weft({"sweep", "collect", "out/sweep"});
+  EXPECT_EQ(result.code, 0);
+  EXPECT_NE(result.err.find("run.h5: "), std::string::npos) << result.err;
+  EXPECT_EQ(read_bytes(path("out/sweep/summary.csv")), before);
 }
 
 // The hash of a run does not depend on its outputs: what is done stays done.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "sim/base/file_error.h"
@@ -298,9 +299,94 @@ exclude = ["time.duration > 0.7"]
   }
 }
 
+// A plan has the files that its runs read, with their digests.
+TEST_F(SweepPlanTest, APlanKnowsTheFilesOfItsRuns) {
+  std::string text = base_case;
+  const std::string rectangle = R"({ type = "rectangle", size = [1, 1], resolution = [5, 9] })";
+  text.replace(text.find(rectangle), rectangle.size(),
+               R"({ type = "file", path = "shape.h5", dataset = "positions" })");
+  folder_.write("base.toml", text);
+  folder_.write("shape.h5", "one");
+  write_plan(folder_.path(), plan(two_factors));
+  const SweepPlan read = read_plan(folder_.path());
+  const std::string shape = folder_.path("shape.h5");
+  EXPECT_EQ(read.runs.at(5).inputs, std::vector{shape});
+  EXPECT_EQ(read.digests, (std::map<std::string, std::string>{{shape, sha256("one")}}));
+  InputCheck check(read.digests);
+  const auto state = [&] { return check.look_at({shape}).state; };
+  EXPECT_EQ(state(), InputCheck::State::as_planned);
+  folder_.write("shape.h5", "another");
+  EXPECT_EQ(state(), InputCheck::State::changed);
+  EXPECT_EQ(check.look_at({shape}).reason,
+            shape + " has changed since the sweep was planned; call weft sweep again");
+  std::filesystem::remove(shape);
+  EXPECT_EQ(state(), InputCheck::State::unreadable);
+  folder_.write("shape.h5", "one");
+  EXPECT_EQ(state(), InputCheck::State::as_planned);
+}
+
+// A run may start from the state of another one, whose checkpoint it then reads.
+TEST_F(SweepPlanTest, RestartsAreKnownByTrajectoryAndCheckpoint) {
+  folder_.write("first.h5", "frames");
+  const std::string sweep = "[set]\n\"restart.path\" = \"first.h5\"\n\"restart.time\" = 1\n";
+  const auto planned = [&] { return plan(sweep + two_factors); };
+  const SweepPlan without = planned();
+  const std::string trajectory = folder_.path("first.h5"),
+                    checkpoint = folder_.path("first.checkpoint");
+  EXPECT_EQ(without.runs[0].inputs, (std::vector{trajectory, checkpoint}));
+  InputCheck check(without.digests);
+  EXPECT_EQ(check.look_at(without.runs[0].inputs).state, InputCheck::State::as_planned);
+  folder_.write("first.checkpoint", "state");
+  EXPECT_EQ(check.look_at(without.runs[0].inputs).state, InputCheck::State::changed);
+  EXPECT_NE(planned().runs[0].hash, without.runs[0].hash);
+  EXPECT_EQ(planned().digests.at(checkpoint), sha256("state"));
+}
+
+// Behind a link to a folder, "link/.." is not the folder of the link.
+TEST_F(SweepPlanTest, FilesBehindLinksAreTheOnesThatTheCaseNames) {
+  std::filesystem::create_directories(folder_.path() / "store" / "cases");
+  std::filesystem::create_directory_symlink("store/cases", folder_.path() / "cases");
+  folder_.write("shape.h5", "beside the link");
+  folder_.write("store/shape.h5", "beside the case");
+  std::string text = base_case;
+  const std::string rectangle = R"({ type = "rectangle", size = [1, 1], resolution = [5, 9] })";
+  text.replace(text.find(rectangle), rectangle.size(),
+               R"({ type = "file", path = "../shape.h5", dataset = "positions" })");
+  const Case source = parse_case(text, folder_.path("cases/case.toml"));
+  RunHasher hasher;
+  hasher.hash(source);
+  const Case elsewhere = parse_case(portable_case_text(source), "/elsewhere/case.toml");
+  EXPECT_EQ(hasher.digests().at(elsewhere.body[0].shape.path), sha256("beside the case"));
+  EXPECT_TRUE(
+      std::filesystem::equivalent(elsewhere.body[0].shape.path, folder_.path("store/shape.h5")));
+}
+
+// The measure of the cost of a run may be beyond the largest double, which JSON cannot hold.
+TEST_F(SweepPlanTest, HugeRunsComeBackFromTheirFile) {
+  write_plan(folder_.path(), plan("[factors]\n\"time.duration\" = { list = [1, 1e307] }\n"));
+  const SweepPlan read = read_plan(folder_.path());
+  EXPECT_GT(read.runs.at(1).work, 1e308);
+}
+
+// A key has one set of values, by whatever name of an entry.
+TEST_F(SweepPlanTest, OptionsForFactorsByAnotherNameAreRefused) {
+  const std::string heights = "[factors]\n\"body.0.position.2\" = { list = [1.0, 2.0] }\n";
+  try {
+    plan(heights, {"body.sheet.position.2=3"});
+    FAIL() << "accepted";
+  } catch (const CaseError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              folder_.path("sweep.toml") +
+                  ":3:1: \"body.0.position.2\" is the same key as "
+                  "\"body.sheet.position.2\"\n  expected it once in a sweep");
+  }
+  // An entry of a value that is set as a whole is another key.
+  EXPECT_EQ(plan(heights, {"body.sheet.position=[1, 2, 3]"}).runs.size(), 2U);
+}
+
 TEST_F(SweepPlanTest, DamagedPlansAreRefused) {
   EXPECT_THROW(read_plan(folder_.path()), FileError);
-  for (const char* text : {"", "{", "[]", "{\"plan_format\": 1}", "{\"plan_format\": 2}"}) {
+  for (const char* text : {"", "{", "[]", "{\"plan_format\": 1}", "{\"plan_format\": 3}"}) {
     folder_.write("plan.json", text);
     EXPECT_THROW(read_plan(folder_.path()), FileError) << text;
   }

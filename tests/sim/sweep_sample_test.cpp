@@ -112,6 +112,49 @@ TEST(SweepSamples, ValuesLieBetweenTheirEnds) {
   EXPECT_EQ(range_value(0.1, 0.5, 5, 4), 0.5);
 }
 
+// Decimal numbers of few digits are preferred, but never at the cost of the value.
+TEST(SweepSamples, ValuesOfARangeAreExactAndShort) {
+  for (int i = 0; i <= 10; ++i) {
+    EXPECT_EQ(range_value(0.5, 0.5000000001, 11, i),
+              std::stod("0.500000000" + std::string(i < 10 ? "0" : "1") + std::to_string(i % 10)));
+    EXPECT_EQ(range_value(0, 1, 11, i),
+              std::stod(std::to_string(i / 10) + '.' + std::to_string(i % 10)));
+  }
+  EXPECT_EQ(range_value(-0.7, 1.3, 2001, 701), 0.001);
+  EXPECT_EQ(range_value(-0.3, 0.4, 8, 3), 0);
+  EXPECT_EQ(range_value(-1e308, 1e308, 3, 1), 0);
+  const double third = range_value(0, 1, 4, 1);
+  EXPECT_NEAR(third, 1.0 / 3, 4 * 0x1p-54);
+  constexpr int doubles = 12;  // as many as there are between the ends
+  double before = 1;
+  for (int i = 1; i < doubles; ++i) {
+    const double value = range_value(1, 1 + (doubles - 1) * 0x1p-52, doubles, i);
+    EXPECT_GT(value, before);
+    before = value;
+  }
+}
+
+TEST(SweepSamples, SamplesOfANarrowIntervalDiffer) {
+  double before = 0, log_before = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double value = uniform_value(0.5, 0.5000000001, i / 1000.0),
+                 log_value = log_uniform_value(0.5, 0.5000000001, i / 1000.0);
+    EXPECT_GT(value, before);
+    EXPECT_GT(log_value, log_before);
+    EXPECT_NEAR(value, 0.5 + 1e-10 * i / 1000, 2e-16);
+    before = value;
+    log_before = log_value;
+  }
+  // Elsewhere ten digits hide the last bits, which depend on the machine.
+  EXPECT_EQ(uniform_value(0.1, 0.4, 1.0 / 3), 0.2);
+  EXPECT_EQ(log_uniform_value(1, 2, 0.5), 1.414213562);
+  EXPECT_EQ(uniform_value(-1.5e308, 1.5e308, 0.5), 0);
+}
+
+TEST(SweepSamples, WholeNumbersOfWideIntervalsAreNotRounded) {
+  EXPECT_EQ(uniform_whole(0, 1e12 - 1, 0.123456789012), 123456789012);
+}
+
 TEST(SweepSamples, WholeValuesAreEquallyProbable) {
   std::vector<int> hits(10, 0);
   for (int i = 0; i < 1000; ++i) ++hits[static_cast<std::size_t>(uniform_whole(3, 7, i / 1000.0))];

@@ -1,4 +1,7 @@
 // Several workers on one sweep: what each of them takes, who ends whose run, and how they stop.
+#include <hdf5.h>
+#include <sys/resource.h>
+
 #include <atomic>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -47,6 +50,26 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
+// A case whose shape is in a file beside it.
+constexpr const char* case_of_file = R"(
+[time]
+duration = 0.02
+[output]
+checkpoint_every = 0.02
+[[body]]
+name = "sheet"
+shape = { type = "file", path = "shape.h5", dataset = "p" }
+[[body.pin]]
+corners = ["first_first"]
+)";
+
+constexpr const char* long_run_of_file = R"_(case = "of_file.toml"
+[factors]
+"time.duration" = { list = [3] }
+[outputs]
+width = "first(size('sheet').x)"
+)_";
+
 // Waits until the condition holds, at most half a minute.
 void wait_until(const std::function<bool()>& condition) {
   const auto end = std::chrono::steady_clock::now() + seconds(30);
@@ -70,6 +93,45 @@ class SweepWorkerTest : public WeftCommand {
       if (each->path().filename() == name) found.push_back(each->path());
     }
     return found;
+  }
+  // Writes a square of that side into a file, which replaces a former one at once.
+  void write_shape(const std::string& name, double side) const {
+    constexpr int rows = 9;
+    std::vector<double> points;
+    for (int i = 0; i < rows * rows; ++i)
+      points.insert(points.end(),
+                    {side * (i % rows) / (rows - 1), side * (i / rows) / (rows - 1), 0});
+    const std::string aside = path(name + ".new").string();
+    const hsize_t sizes[] = {rows, rows, 3};
+    const hid_t file = H5Fcreate(aside.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t space = H5Screate_simple(3, sizes, nullptr);
+    const hid_t dataset =
+        H5Dcreate2(file, "p", H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, points.data());
+    H5Dclose(dataset);
+    H5Sclose(space);
+    H5Fclose(file);
+    fs::rename(aside, path(name));
+  }
+  // Starts a command, and stops it once its run has written a checkpoint and `bytes` of frames.
+  void interrupt(const std::vector<std::string>& words, const std::string& out,
+                 std::uintmax_t bytes = 0) const {
+    const auto size = [&] {
+      std::error_code vanished;
+      const std::vector<fs::path> found = files(out, "run.h5");
+      const auto result = found.empty() ? 0 : fs::file_size(found[0], vanished);
+      return vanished ? 0 : result;
+    };
+    WeftProcess sweep(folder(), words);
+    wait_until([&] { return !files(out, "run.checkpoint").empty() && size() >= bytes; });
+    sweep.send(SIGTERM);
+    EXPECT_EQ(sweep.wait(), 128 + SIGTERM) << sweep.err();
+    ASSERT_EQ(files(out, "run.checkpoint").size(), 1U);
+  }
+  // Returns the time at which the only run of a folder went on, or null.
+  Json resumed_at(const std::string& out) const {
+    const Json result = Json::parse(read_bytes(files(out, "result.json").at(0)));
+    return result.at("report").at("resumed_at_s");
   }
   std::string lasting_summary(const std::string& out) const {
     std::ifstream file(path(out) / "summary.csv");
@@ -118,6 +180,136 @@ TEST_F(SweepWorkerTest, RunsEndWithACheckpointWhenTheirWorkerIsKilled) {
   ASSERT_EQ(weft({"sweep", "plan", "sweep.toml", "-o", worked}).code, 0);
   kill_and_go_on({"sweep", "work", worked, "--quiet"}, "worked");
   expect_same_trajectories("whole", "worked");
+}
+
+// On a full disk nothing more can be written. What was there stays, and a later call goes on.
+TEST_F(SweepWorkerTest, AFullDiskCostsNoCheckpoint) {
+  write("sweep.toml",
+        std::string(long_run) + R"("body.sheet.shape.resolution" = { list = [[17, 17]] }
+)");
+  const std::vector<std::string> words{"sweep", "sweep.toml", "-o", path("out").string(),
+                                       "--quiet"};
+  constexpr rlim_t most_bytes = 1 << 17;
+  interrupt(words, "out", 2 * most_bytes);
+  const std::string checkpoint = read_bytes(files("out", "run.checkpoint").at(0));
+  const Result full = weft(words, [] {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{most_bytes, RLIM_INFINITY};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  });
+  EXPECT_EQ(full.code, exit_code::some_runs_failed) << full.err;
+  EXPECT_TRUE(contains(full.out, "input_output") && contains(full.out, "cannot write")) << full.out;
+  ASSERT_EQ(files("out", "run.checkpoint").size(), 1U);
+  EXPECT_EQ(read_bytes(files("out", "run.checkpoint")[0]), checkpoint);
+  EXPECT_GE(fs::file_size(files("out", "run.h5").at(0)), most_bytes);
+  std::vector<std::string> again = words;
+  again.insert(again.end(), {"--rerun", "failed"});
+  const Result roomy = weft(again);
+  EXPECT_EQ(roomy.code, 0) << roomy.err;
+  EXPECT_GT(resumed_at("out"), 0);
+}
+
+// A checkpoint from which no run can go on is given up, with a word.
+TEST_F(SweepWorkerTest, ADamagedOrForeignCheckpointIsGivenUp) {
+  write("sweep.toml", long_run);
+  const std::vector<std::string> words{"sweep", "sweep.toml", "-o", path("out").string()};
+  const auto give_up = [&](const std::string& bytes, const std::string& reason) {
+    interrupt(words, "out");
+    std::ofstream(files("out", "run.checkpoint").at(0), std::ios::binary) << bytes;
+    const Result next = weft(words);
+    EXPECT_EQ(next.code, 0) << next.err;
+    EXPECT_TRUE(contains(next.err, "begins anew, since it cannot go on from its checkpoint: "))
+        << next.err;
+    EXPECT_TRUE(contains(next.err, reason)) << next.err;
+    EXPECT_EQ(resumed_at("out"), nullptr);
+    fs::remove_all(path("out"));
+  };
+  ASSERT_EQ(weft({"run", "base.toml", "--quiet"}).code, 0);
+  const std::string foreign = read_bytes(path("out/base.checkpoint"));
+  fs::remove_all(path("out"));
+  give_up(foreign, "--resume: ");
+  give_up("weft checkpoint 0", "is not a checkpoint of this version of Weft");
+  give_up(foreign.substr(0, foreign.size() - 1), "run.checkpoint: is damaged");
+}
+
+// The shape of a run may be on a disk that is not there. Its run waits for it.
+TEST_F(SweepWorkerTest, AMissingShapeCostsNoCheckpoint) {
+  write("of_file.toml", case_of_file);
+  write("sweep.toml", long_run_of_file);
+  write_shape("shape.h5", 0.125);
+  const std::vector<std::string> words{"sweep", "sweep.toml", "-o", path("out").string(),
+                                       "--quiet"};
+  interrupt(words, "out");
+  const std::string checkpoint = read_bytes(files("out", "run.checkpoint").at(0));
+  fs::rename(path("shape.h5"), path("away.h5"));
+  const Result without = weft({"sweep", "work", path("out").string(), "--json"});
+  EXPECT_EQ(without.code, exit_code::some_runs_failed);
+  const std::string reason =
+      path("shape.h5").string() + ": cannot be read: No such file or directory";
+  EXPECT_TRUE(contains(without.err, "weft: " + reason + '\n')) << without.err;
+  const Json json = Json::parse(without.out);
+  EXPECT_EQ(json.at("input_faults"), Json({reason}));
+  EXPECT_EQ(json.at("counts").at("interrupted"), 1);
+  EXPECT_EQ(read_bytes(files("out", "run.checkpoint").at(0)), checkpoint);
+  fs::rename(path("away.h5"), path("shape.h5"));
+  EXPECT_EQ(weft(words).code, 0);
+  EXPECT_GT(resumed_at("out"), 0);
+}
+
+// Results are those of the files that their hashes know: a run whose shape changes has none.
+TEST_F(SweepWorkerTest, AChangedShapeGivesNoResult) {
+  write("of_file.toml", case_of_file);
+  write("sweep.toml", R"_(case = "of_file.toml"
+[factors]
+"time.duration" = { list = [0.02, 0.04] }
+[outputs]
+width = "first(size('sheet').x)"
+)_");
+  write_shape("shape.h5", 0.125);
+  const std::string out = path("out").string();
+  ASSERT_EQ(weft({"sweep", "plan", "sweep.toml", "-o", out}).code, 0);
+  write_shape("shape.h5", 0.25);
+  const Result work = weft({"sweep", "work", out});
+  EXPECT_EQ(work.code, exit_code::some_runs_failed);
+  const std::string reason =
+      path("shape.h5").string() + " has changed since the sweep was planned; call weft sweep again";
+  EXPECT_TRUE(contains(work.err, "not begun: " + reason)) << work.err;
+  EXPECT_TRUE(contains(work.err, "weft: " + reason)) << work.err;
+  EXPECT_TRUE(contains(work.out, "2 runs: 2 not begun")) << work.out;
+  EXPECT_EQ(weft({"sweep", "sweep.toml", "-o", out}).code, 0);
+  EXPECT_TRUE(contains(lasting_summary("out"), ",done,,,0.04,0.25\n")) << lasting_summary("out");
+  // A file that is written anew with the bytes it had is as planned.
+  ASSERT_EQ(weft({"sweep", "plan", "sweep.toml", "-o", path("new").string()}).code, 0);
+  fs::copy_file(path("shape.h5"), path("copy.h5"));
+  fs::rename(path("copy.h5"), path("shape.h5"));
+  EXPECT_EQ(weft({"sweep", "work", path("new").string()}).code, 0);
+}
+
+// The shape changes after the run has begun, with the shape of before or that of after.
+TEST_F(SweepWorkerTest, AShapeThatChangesDuringARunGivesNoResult) {
+  write("of_file.toml", case_of_file);
+  write("sweep.toml", long_run_of_file);
+  write_shape("shape.h5", 0.125);
+  const std::string out = path("out").string();
+  {
+    WeftProcess sweep(folder(), {"sweep", "sweep.toml", "-o", out});
+    wait_until([&] { return !files("out", "run.checkpoint").empty(); });
+    write_shape("shape.h5", 0.25);
+    sweep.send(SIGINT);
+    EXPECT_EQ(sweep.wait(), 128 + SIGINT);
+    EXPECT_TRUE(contains(sweep.out(), "1 run: 1 not begun")) << sweep.out();
+  }
+  EXPECT_TRUE(files("out", "run.checkpoint").empty());
+  write("sweep.toml", R"(case = "of_file.toml"
+[factors]
+"time.duration" = { list = [2] }
+)");
+  WeftProcess whole(folder(), {"sweep", "sweep.toml", "-o", out});
+  wait_until([&] { return !files("out", "run.checkpoint").empty(); });
+  write_shape("shape.h5", 0.125);
+  EXPECT_EQ(whole.wait(), exit_code::some_runs_failed);
+  EXPECT_TRUE(contains(whole.err(), "has changed since the sweep was planned")) << whole.err();
+  EXPECT_TRUE(files("out", "result.json").empty());
 }
 
 // A sweep that is killed leaves its run for a moment. The next one waits for it, and goes on.
