@@ -1,4 +1,5 @@
 #include <png.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -71,16 +72,10 @@ bool write_rows(png_structp png, png_infop info, std::FILE* file, const Picture&
   return true;
 }
 
-}  // namespace
-
-void write_png(const std::string& path, const Picture& picture) {
-  assert(picture.width > 0 && picture.height > 0);
-  assert(picture.rgb.size() == std::size_t{3} * picture.width * picture.height);
-  const auto fail = [&path](const std::string& reason) {
-    throw std::runtime_error("cannot write the picture '" + path + "': " + reason);
-  };
+// Writes the picture to the file at `path`. Returns the reason of a failure, or an empty text.
+std::string write_file(const std::string& path, const Picture& picture) {
   std::FILE* const file = std::fopen(path.c_str(), "wb");
-  if (file == nullptr) fail(std::strerror(errno));
+  if (file == nullptr) return std::strerror(errno);
   PngFailure failure;
   png_structp png =
       png_create_write_struct(PNG_LIBPNG_VER_STRING, &failure, keep_error, ignore_warning);
@@ -90,8 +85,27 @@ void write_png(const std::string& path, const Picture& picture) {
   // A full disk often shows only when the last buffer is flushed.
   const bool closed = std::fclose(file) == 0;
   const int close_error = errno;
-  if (!written) fail(failure.reason.empty() ? "libpng has no memory" : failure.reason);
-  if (!closed) fail(std::strerror(close_error));
+  if (!written) return failure.reason.empty() ? "libpng has no memory" : failure.reason;
+  return closed ? "" : std::strerror(close_error);
+}
+
+}  // namespace
+
+void write_png(const std::string& path, const Picture& picture) {
+  assert(picture.width > 0 && picture.height > 0);
+  assert(picture.rgb.size() == std::size_t{3} * picture.width * picture.height);
+  std::error_code unknown;
+  const auto status = std::filesystem::status(path, unknown);
+  const bool is_device = std::filesystem::exists(status) && !is_regular_file(status);
+  // A file cut off by an error or a kill could lack the signature, without which no later drawing
+  // replaces it. Devices have no other name.
+  const std::string unfinished = is_device ? path : path + "." + std::to_string(getpid()) + ".tmp";
+  std::string error = write_file(unfinished, picture);
+  if (!is_device && error.empty() && std::rename(unfinished.c_str(), path.c_str()) != 0)
+    error = std::strerror(errno);
+  if (error.empty()) return;
+  if (!is_device) std::remove(unfinished.c_str());
+  throw std::runtime_error("cannot write the picture '" + path + "': " + error);
 }
 
 bool is_own_png(const std::string& path) {

@@ -32,17 +32,22 @@ void draw(const Scene& scene, const CheckCommand& command) {
     crossings = forbidden_crossings(
         scene, scene.surface_map.points_of(scene.initial_position, scene.point_count, room));
   }
-  draw_start(scene, crossings, command.picture, command.run.force);
+  const int overlapping = draw_start(scene, crossings, command.picture, command.run.force);
   std::cout << "picture " << printable(command.picture) << ": "
             << counted(std::ssize(crossings), "intersecting pair of triangles",
                        "intersecting pairs of triangles")
-            << (crossings.empty() ? "" : ", in red") << '\n';
+            << (crossings.empty() ? "" : ", in red");
+  if (overlapping > 0)
+    std::cout << "; " << counted(overlapping, "overlapping particle", "overlapping particles")
+              << ", in red";
+  std::cout << '\n';
 }
 
 // Returns the path by which a case names a file: relative to the folder of the case, where it can.
 std::string path_in_case(const std::string& path, const Case& source) {
-  const auto folder = std::filesystem::absolute(source.path).parent_path();
-  return std::filesystem::absolute(path).lexically_normal().lexically_proximate(folder).string();
+  namespace fs = std::filesystem;
+  // Symbolic links are resolved, because a link and ".." after it do not cancel each other.
+  return fs::proximate(fs::absolute(path), fs::absolute(source.path).parent_path()).string();
 }
 
 void print_repair(const Scene& scene, const StartRepair& repair, const std::string& path) {

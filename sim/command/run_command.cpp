@@ -24,6 +24,7 @@
 #include "sim/run/recorded_run.h"
 #include "sim/run/restart.h"
 #include "sim/run/resumption.h"
+#include "sim/run/run_checkpoint.h"
 #include "sim/scene/scene.h"
 #include "sim/trajectory/trajectory.h"
 
@@ -104,14 +105,21 @@ void print_summary(const RunReport& report) {
     std::printf("  trajectory %s\n", printable(report.trajectory).c_str());
 }
 
+// Returns the absolute path of a file. Symbolic links are resolved, because a link and ".." after
+// it do not cancel each other.
+std::string absolute_path(const std::string& path) {
+  std::error_code error;
+  const auto resolved = std::filesystem::weakly_canonical(path, error);
+  return (error ? std::filesystem::absolute(path) : resolved).string();
+}
+
 // Returns the overrides of the command and those that its other options stand for. The path of a
 // trajectory is relative to the present folder, a key of a case to the folder of the case.
 std::vector<std::string> all_overrides(const RunCommand& command) {
   std::vector<std::string> all = command.overrides;
   if (command.extend) all.push_back("time.duration=" + toml_number(*command.extend));
   if (!command.restart_from.empty()) {
-    const auto path = std::filesystem::absolute(command.restart_from).lexically_normal();
-    all.push_back("restart.path=" + toml_string(path.string()));
+    all.push_back("restart.path=" + toml_string(absolute_path(command.restart_from)));
     all.push_back("restart.time=" + toml_number(*command.restart_time));
   }
   return all;
@@ -165,11 +173,19 @@ void refuse_to_extend(const RunCommand& command, const std::string& trajectory,
                       : "expected a case with a method and its tolerance, or a run of its own");
 }
 
+// Throws CaseError if the run would overwrite a file that the case reads: by the trajectory, its
+// sidecar or its checkpoint.
+void refuse_input_files(const std::string& trajectory, const Case& source) {
+  const auto sidecar = std::filesystem::path(trajectory).replace_extension(".xdmf");
+  for (const std::string& path : {trajectory, sidecar.string(), checkpoint_path(trajectory)})
+    refuse_input_file(path, source, "weft run");
+}
+
 // Finds where the run goes on, and settles time.accuracy as it did. Without --resume and --extend,
 // refuses an existing file now, because the pilot may take long.
 Resumption find_start(const RunCommand& command, const std::string& trajectory, Case& source) {
+  refuse_input_files(trajectory, source);
   if (!command.resume && !command.extend) {
-    refuse_input_file(trajectory, source, "weft run");
     TrajectoryWriter::refuse_existing(trajectory, command.force);
     refuse_foreign_checkpoint(trajectory, command.force);
     return {};
@@ -243,6 +259,8 @@ Bill bill_before_run(const RunCommand& command, const PilotReport& pilot) {
 }  // namespace
 
 int run_case(const RunCommand& command) {
+  // Reading a restart may take long. A signal in that time stops the run at its start.
+  catch_stop_signals();
   const auto name = std::filesystem::path(command.case_path).stem().string() + ".h5";
   const std::string trajectory = (std::filesystem::path(command.directory) / name).string();
   PilotReport pilot;
@@ -252,7 +270,6 @@ int run_case(const RunCommand& command) {
     if (command.estimate_error) refuse_no_estimate(source);
     options.case_text = motion_text(source);
     found = find_start(command, trajectory, source);
-    catch_stop_signals();
     if (!found.checkpoint) {
       check_outputs_before_pilot(source, command.estimate_error);
       pilot = run_pilot(source, command.quiet);

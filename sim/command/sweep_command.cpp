@@ -235,6 +235,7 @@ int compute(const SweepCommand& command, const fs::path& directory, const SweepP
   print_complaints(collector);
   print_complaints(report.input_faults);
   std::vector<RunRecord> answered;
+  answered.reserve(mine.size());
   for (const std::size_t index : mine) answered.push_back(records[index]);
   const int code = code_of(answered, report);
   if (command.json) {

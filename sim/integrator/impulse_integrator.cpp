@@ -288,7 +288,7 @@ std::optional<Failure> ImpulseIntegrator::step() {
 // Finds the state at the end of a step of this length. Fails if surfaces cannot be kept apart.
 std::optional<Failure> ImpulseIntegrator::try_step(double length) {
   ++dynamics_.statistics().counters.force_evaluations;
-  laws_.set_friction(friction_.at(dynamics_.instant(time_)));
+  laws_.set_friction(friction_.at(dynamics_.instant(time_ + 0.5 * length)));
   const std::vector<RigidPose> poses = surfaces_.poses(time_),
                                ends = surfaces_.poses(time_ + length);
   const SphereStart start{positions(), velocities(), acceleration_, poses, ends, length};

@@ -46,7 +46,7 @@ class Buckling {
     set_load_factor(load_factor_);
     auto stiffness = unknowns_.stiffness(dynamics_, time_, state_, fault_);
     if (!stiffness) return fail(fault_);
-    stiffness_ = std::move(*stiffness);
+    stiffness_.swap(*stiffness);
     if (!is_stable()) return result_;
     if (!find_change()) return fail(fault_);
     const auto pairs = largest_eigenpairs(-change_, stiffness_, factors_, count);

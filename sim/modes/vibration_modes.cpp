@@ -170,7 +170,7 @@ VibrationModes find_vibration_modes(Dynamics& dynamics, double time, std::span<c
   std::string fault;
   auto stiffness = system.unknowns.stiffness(dynamics, time, state, fault);
   if (!stiffness) return fail(fault);
-  system.stiffness = std::move(*stiffness);
+  system.stiffness.swap(*stiffness);
   system.mass = system.unknowns.mass(mass_matrix(dynamics.scene()));
   count = std::min(count, result.unknowns);
   SymmetricFactors factors;

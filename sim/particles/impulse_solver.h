@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
+#include "sim/base/islands.h"
 #include "sim/base/state_archive.h"
 #include "sim/particles/float_lanes.h"
 #include "sim/particles/row_batches.h"
 #include "sim/particles/sphere_contact.h"
-#include "sim/base/islands.h"
 #include "sim/scene/scene.h"
 
 namespace weft::sim {

@@ -4,13 +4,18 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "sim/base/file_error.h"
 #include "sim/case/case_error.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/case/case_tree.h"
+#include "sim/case/case_writer.h"
 #include "sim/motion/dynamics.h"
 #include "sim/run/run_checkpoint.h"
 #include "sim/scene/scene.h"
@@ -37,15 +42,61 @@ bool is_same_time(double a, double b) {
 // Returns the values of particles by texel.
 std::vector<Vec3> by_texel(const bsi::Atlas& atlas, std::span<const Vec3> by_particle) {
   std::vector<Vec3> texels;
+  texels.reserve(atlas.texel_count());
   for (int t = 0; t < atlas.texel_count(); ++t)
     texels.push_back(by_particle[atlas.particle_of_texel(t)]);
   return texels;
 }
 
+// Adds the paths of the files that a resolved case reads.
+void collect_paths(const toml::node& node, std::vector<std::string>& paths) {
+  if (const auto* array = node.as_array()) {
+    for (const toml::node& entry : *array) collect_paths(entry, paths);
+  } else if (const auto* table = node.as_table()) {
+    for (auto&& [key, value] : *table) {
+      if (const auto text = value.value<std::string>(); text && key.str() == "path") {
+        paths.push_back(*text);
+      } else if (key.str() != "outputs") {  // whose keys are names of the user's
+        collect_paths(value, paths);
+      }
+    }
+  }
+}
+
+// Returns the first file that cannot be read from the folder, or nothing.
+std::optional<std::string> missing_file(const std::vector<std::string>& paths,
+                                        const std::filesystem::path& folder) {
+  for (const std::string& path : paths) {
+    std::error_code ignored;  // a path that cannot be accessed counts as no file
+    if (!std::filesystem::is_regular_file(folder / path, ignored)) return path;
+  }
+  return std::nullopt;
+}
+
+// Returns the place of restart.path: in the file of the case, or in the override that gave it.
+SourceLocation place_of_path(const Case& source) {
+  const std::string& path = source.restart->path;
+  try {
+    const FileText file = read_text(source.path);
+    if (!file.fault.empty()) return source.restart->location;
+    const toml::table tree = parse_toml(file.text, source.path);
+    const toml::node* const node = tree.at_path("restart.path").node();
+    if (node != nullptr && node->value<std::string>() == path)
+      return sim::location_of(node->source());
+  } catch (const CaseError&) {
+    return source.restart->location;
+  }
+  return {"--set restart.path=" + toml_string(path), 0, 0};
+}
+
+void read_restart_of(Case& source, int depth);
+
 class RestartReader {
  public:
-  explicit RestartReader(Case& source)
-      : source_(source),
+  // `depth` is the number of runs that start in the state that is read.
+  RestartReader(Case& source, int depth)
+      : depth_(depth),
+        source_(source),
         restart_(*source.restart),
         path_((std::filesystem::path(source.path).parent_path() / restart_.path).string()),
         reader_(readable(path_)),
@@ -158,10 +209,45 @@ class RestartReader {
          checkpoint_hint("a trajectory with output.precision = \"float64\""));
   }
 
+  // Returns the folder from which the case of the trajectory reads its files: the one that the
+  // trajectory records or, if files were moved, that of the present case.
+  std::filesystem::path folder_of_files() const {
+    namespace fs = std::filesystem;
+    std::vector<std::string> paths;
+    collect_paths(parse_toml(reader_.case_text(), path_), paths);
+    std::vector<fs::path> folders;
+    std::error_code error;
+    const fs::path recorded = fs::weakly_canonical(
+        fs::canonical(path_, error).parent_path() / reader_.case_folder(), error);
+    if (!error && !reader_.case_folder().empty()) folders.push_back(recorded);
+    folders.push_back(fs::path(source_.path).parent_path());
+    std::string places, missing;
+    for (const fs::path& folder : folders) {
+      const auto first_missing = missing_file(paths, folder);
+      if (!first_missing) return folder;
+      if (missing.empty()) missing = *first_missing;
+      places += (places.empty() ? "" : " or ") + (folder / *first_missing).string();
+    }
+    fail("the run of " + path_ + " reads " + in_quotes(missing) + ", which is not there",
+         "expected " + places + "; the state of a checkpoint needs the files of its case");
+  }
+
+  // Returns the scene of the run whose checkpoint is read.
+  std::unique_ptr<const Scene> scene_of_checkpoint() const {
+    const std::filesystem::path folder = folder_of_files();
+    try {
+      const auto name = std::filesystem::path(path_).filename();
+      Case before = parse_case(reader_.case_text(), (folder / name).string());
+      before.accuracy_choice = checkpoint_->accuracy_choice;
+      read_restart_of(before, depth_ + 1);
+      return build_scene(before);
+    } catch (const CaseError& error) {
+      fail("the run of " + path_ + " cannot be set up again: " + error.what(), "");
+    }
+  }
+
   StartStates states_of_checkpoint() const {
-    Case before = parse_case(reader_.case_text(), source_.path);
-    before.accuracy_choice = checkpoint_->accuracy_choice;
-    const auto scene = build_scene(before);
+    const std::unique_ptr<const Scene> scene = scene_of_checkpoint();
     Simulation simulation(*scene);
     try {
       simulation.restore(checkpoint_->simulation);
@@ -197,6 +283,7 @@ class RestartReader {
     }
   }
 
+  int depth_;
   Case& source_;
   RestartCase& restart_;
   std::string path_;
@@ -204,11 +291,26 @@ class RestartReader {
   std::optional<RunCheckpoint> checkpoint_;
 };
 
+// Reads the state in which a case starts. Runs that start in each other's states have no end.
+void read_restart_of(Case& source, int depth) {
+  constexpr int most = 32;
+  if (!source.restart || source.restart->states) return;
+  if (depth > most) {
+    throw CaseError(source.restart->location,
+                    "more than " + std::to_string(most) + " runs start in the state of another");
+  }
+  RestartReader(source, depth).read();
+}
+
 }  // namespace
 
 void read_restart(Case& source) {
-  if (!source.restart || source.restart->states) return;
-  RestartReader(source).read();
+  try {
+    read_restart_of(source, 0);
+  } catch (const FileError& error) {
+    throw CaseError(place_of_path(source), error.what(),
+                    "expected the trajectory of a run as restart.path");
+  }
 }
 
 }  // namespace weft::sim

@@ -11,7 +11,11 @@ namespace weft::sim {
 // CaseError at [restart] if the trajectory has neither at this time, lacks a body, or has another
 // number of patches; and for a frame without velocities, or one whose surfaces are so near each
 // other that the rounding of its positions matters. The message names the times that serve. Throws
-// FileError if a file cannot be read.
+// CaseError at restart.path if a file cannot be read.
+//
+// A checkpoint needs the files that the case of its run reads, such as shapes. They are looked for
+// from the folder of that case, which the trajectory records, and then from the folder of `source`.
+// A file with other contents than in that run is refused.
 void read_restart(Case& source);
 
 }  // namespace weft::sim

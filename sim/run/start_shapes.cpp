@@ -71,7 +71,7 @@ void refuse_shape_file(const std::string& path, const Case& source, bool force) 
 
 std::string write_start_shapes(const std::string& path, const Scene& scene,
                                std::span<const int> bodies, std::span<const Vec3> position) {
-  const std::string temporary = in_output_folder(path) + "." + std::to_string(getpid()) + ".tmp";
+  std::string temporary = in_output_folder(path) + "." + std::to_string(getpid()) + ".tmp";
   const QuietErrors quiet;
   const Access access(temporary);
   const Handle file = access.handle(
@@ -89,7 +89,7 @@ std::string write_start_shapes(const std::string& path, const Scene& scene,
 StartCase start_from_file(const std::string& path, const SceneBody& body) {
   ShapeCase shape;
   shape.type = ShapeType::file;
-  shape.path = std::filesystem::absolute(path).lexically_normal().string();
+  shape.path = std::filesystem::absolute(path).string();
   shape.dataset = "/" + body.name;
   shape.wrap_u = body.atlas.patches().front().wrap_u;
   shape.wrap_v = body.atlas.patches().front().wrap_v;

@@ -217,7 +217,7 @@ std::optional<RunAttempt> RunFolder::begin(const std::string& case_text, const S
 
 fs::path RunFolder::make_attempt_folder(bool anew) const {
   const std::vector<fs::path> earlier = attempts_in(path_);
-  const fs::path folder = path_ / (attempt_prefix + process_name());
+  fs::path folder = path_ / (attempt_prefix + process_name());
   std::error_code error;
   if (!anew && !earlier.empty()) {
     fs::rename(earlier.front(), folder, error);

@@ -1,5 +1,6 @@
 #include "sim/trajectory/frame_recorder.h"
 
+#include <filesystem>
 #include <limits>
 
 #include "sim/base/stopwatch.h"
@@ -143,6 +144,19 @@ std::vector<Series> frame_series(const Simulation& simulation, const std::vector
   return series;
 }
 
+// Returns the folder of a case, relative to the folder of a trajectory. Both may then be moved
+// together. Returns an empty text if a folder cannot be accessed.
+std::string folder_from(const std::string& trajectory, const std::string& case_path) {
+  namespace fs = std::filesystem;
+  std::error_code error, unknown;
+  const fs::path from = fs::absolute(trajectory, unknown).parent_path();
+  const fs::path of_case = fs::absolute(case_path, unknown).parent_path();
+  if (from.empty() || of_case.empty()) return "";
+  // Symbolic links are resolved first, because a link and ".." do not cancel each other.
+  const fs::path folder = fs::proximate(of_case, from, error);
+  return error ? "" : folder.string();
+}
+
 }  // namespace
 
 TrajectoryContents recorded_contents(const Simulation& simulation,
@@ -167,6 +181,7 @@ FrameRecorder::FrameRecorder(const Simulation& simulation, const std::string& pa
               {.title = scene_.source.title,
                .case_text = scene_.source.resolved_text,
                .compute = simulation.compute(),
+               .case_folder = folder_from(path, scene_.source.path),
                .force = force,
                .step_series = layout_.step_series,
                .records = layout_.records,

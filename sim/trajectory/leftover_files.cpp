@@ -4,7 +4,6 @@
 #include <charconv>
 #include <csignal>
 #include <filesystem>
-#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -12,24 +11,20 @@
 
 namespace weft::sim {
 
-namespace {
-
-// True if `name` is `file`, the number of a process that does not live on this machine, and .tmp,
-// with dots between them.
-bool is_leftover_of(std::string_view name, std::string_view file) {
+std::string file_of_leftover(std::string_view name) {
   constexpr std::string_view end = ".tmp";
-  if (!name.starts_with(file) || !name.ends_with(end)) return false;
-  name.remove_prefix(file.size());
-  if (name.size() < end.size() + 2 || name[0] != '.') return false;
-  name = name.substr(1, name.size() - 1 - end.size());
-  const char* const name_end = name.data() + name.size();
+  if (!name.ends_with(end)) return "";
+  name.remove_suffix(end.size());
+  const std::size_t dot = name.rfind('.');
+  if (dot == std::string_view::npos) return "";
+  const std::string_view number = name.substr(dot + 1);
+  const char* const number_end = number.data() + number.size();
   int process = 0;
-  const auto [rest, error] = std::from_chars(name.data(), name_end, process);
-  if (error != std::errc() || rest != name_end || process <= 0) return false;
-  return kill(process, 0) != 0 && errno == ESRCH;
+  const auto [rest, error] = std::from_chars(number.data(), number_end, process);
+  if (error != std::errc() || rest != number_end || process <= 0) return "";
+  if (kill(process, 0) == 0 || errno != ESRCH) return "";
+  return std::string(name.substr(0, dot));
 }
-
-}  // namespace
 
 void remove_leftovers(const std::string& path) {
   namespace fs = std::filesystem;
@@ -40,9 +35,8 @@ void remove_leftovers(const std::string& path) {
   std::error_code error;
   std::vector<fs::path> leftovers;
   for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    const std::string name = at->path().filename().string();
-    if (is_leftover_of(name, file) || is_leftover_of(name, sidecar))
-      leftovers.push_back(at->path());
+    const std::string finished = file_of_leftover(at->path().filename().string());
+    if (finished == file || finished == sidecar) leftovers.push_back(at->path());
   }
   for (const fs::path& leftover : leftovers) {
     if (!is_locked(leftover.string())) fs::remove(leftover, error);

@@ -1,9 +1,15 @@
-// Temporary files that killed writers of a trajectory have left. Private to sim/.
+// Temporary files that killed writers have left. Private to sim/.
 #pragma once
 
 #include <string>
+#include <string_view>
 
 namespace weft::sim {
+
+// Returns the name of the file that a writer would have made of the temporary file `name`:
+// FILE.PROCESS.tmp, with the number of a process that does not live on this machine. Returns an
+// empty text for other names.
+std::string file_of_leftover(std::string_view name);
 
 // Removes the temporary files of the trajectory at `path` and of its sidecar whose writers are
 // dead. Their names are those of the files with the number of the process and .tmp. A file stays if

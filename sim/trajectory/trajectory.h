@@ -80,7 +80,7 @@ struct RunEnd {
 // docs/trajectory.md). Only the first N = len(/time) entries of a per-frame dataset are complete
 // frames: a killed run may leave more entries elsewhere.
 //   /                        attributes: format = "weft-trajectory", version, weft_version, title,
-//                            compute, time_units
+//                            compute, case_folder, time_units
 //   /case                    string: the resolved case (TOML); a dataset, since HDF5 limits small
 //                            attributes to 64 KiB
 //   /time[N]                 float64, s; extended last: the commit mark
@@ -117,7 +117,9 @@ class TrajectoryWriter {
     std::string title = {};
     std::string case_text = {};
     std::string compute = {};  // device of the contact search and its reason
-    bool force = false;        // if true, overwrites an existing file
+    // Folder of the case, relative to the folder of the trajectory. Empty: not recorded.
+    std::string case_folder = {};
+    bool force = false;  // if true, overwrites an existing file
     std::vector<Series> step_series = {};
     std::vector<TrajectoryRecord> records = {};
     std::vector<SewnParticles> sewn = {};
@@ -206,6 +208,9 @@ class TrajectoryReader {
   std::string title() const;
   std::string weft_version() const;  // version of Weft that wrote the file
   std::string case_text() const;     // resolved case (TOML)
+  // Returns the folder of the case, relative to the folder of the trajectory. Returns an empty text
+  // if the file does not name it: files of earlier versions do not.
+  std::string case_folder() const;
   // Returns the end of the run, or nothing if the run is going on or was killed. Files of earlier
   // versions have no end either.
   std::optional<RunEnd> end() const;

@@ -101,7 +101,7 @@ struct TrajectoryReader::Implementation {
   Access access;
   Handle file;
   std::vector<double> times;
-  std::string title, weft_version, case_text;
+  std::string title, weft_version, case_text, case_folder;
   bool says_its_end = false;
   std::optional<RunEnd> end;
   std::vector<TrajectoryBody> bodies;
@@ -123,6 +123,8 @@ void TrajectoryReader::Implementation::read_header() {
   if (version != std::vector<int>{1}) access.reject("is of a newer format than this Weft reads");
   title = access.read_string(file.get(), "title");
   weft_version = access.read_string(file.get(), "weft_version");
+  if (H5Aexists(file.get(), "case_folder") > 0)
+    case_folder = access.read_string(file.get(), "case_folder");
 
   const Handle text = access.open_dataset(file.get(), "case");
   const Handle type(H5Dget_type(text.get()));
@@ -204,7 +206,8 @@ void TrajectoryReader::Implementation::find_records(const std::string& group,
                                                     const std::string& channel) {
   const Handle parent = access.open_group(file.get(), group);
   for (const std::string& name : access.members(parent.get())) {
-    const std::string path = group + "/" + name;
+    std::string path = group + "/";
+    path += name;
     H5O_info_t info;
     access.check(H5Oget_info_by_name(file.get(), path.c_str(), &info, hdf5::own_datasets()),
                  "read " + path);
@@ -461,6 +464,8 @@ std::string TrajectoryReader::title() const { return implementation_->title; }
 std::string TrajectoryReader::weft_version() const { return implementation_->weft_version; }
 
 std::string TrajectoryReader::case_text() const { return implementation_->case_text; }
+
+std::string TrajectoryReader::case_folder() const { return implementation_->case_folder; }
 
 std::optional<RunEnd> TrajectoryReader::end() const { return implementation_->end; }
 

@@ -181,6 +181,8 @@ void TrajectoryWriter::Implementation::create_root() {
   access.write_attribute(file.get(), "weft_version", std::string(WEFT_VERSION));
   access.write_attribute(file.get(), "title", options.title);
   access.write_attribute(file.get(), "compute", options.compute);
+  if (!options.case_folder.empty())
+    access.write_attribute(file.get(), "case_folder", options.case_folder);
 
   const Handle text_type(H5Tcopy(H5T_C_S1));
   H5Tset_size(text_type.get(), H5T_VARIABLE);

@@ -62,9 +62,8 @@ void XdmfFile::create(const std::string& path) {
       "<?xml version=\"1.0\"?>\n"
       "<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n <Domain>\n"
       "  <Grid Name=\"trajectory\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
-  write_at(0, head + closing_tags);
   end_ = static_cast<long>(head.size());
-  if (std::rename(temporary.c_str(), path.c_str()) != 0) {
+  if (!write_at(0, head + closing_tags) || std::rename(temporary.c_str(), path.c_str()) != 0) {
     const int error = errno;
     unlink(temporary.c_str());
     errno = error;
@@ -116,19 +115,28 @@ std::string XdmfFile::describe(double time, const std::vector<XdmfSurface>& movi
 }
 
 void XdmfFile::append(const std::string& frames) {
-  write_at(end_, frames + closing_tags);
+  if (!write_at(end_, frames + closing_tags)) {
+    // The former closing tags take no new room, so a full disk has it for them.
+    const int error = errno;
+    const long former_size = end_ + static_cast<long>(closing_tags.size());
+    const bool restored = write_at(end_, closing_tags) && ftruncate(descriptor_, former_size) == 0;
+    static_cast<void>(restored);  // the first error is the one to report
+    errno = error;
+    fail(path_);
+  }
   end_ += static_cast<long>(frames.size());
 }
 
-void XdmfFile::write_at(long offset, const std::string& text) const {
+bool XdmfFile::write_at(long offset, const std::string& text) const {
   std::size_t done = 0;
   while (done < text.size()) {
     const ssize_t count = pwrite(descriptor_, text.data() + done, text.size() - done,
                                  offset + static_cast<long>(done));
     if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) fail(path_);
+    if (count <= 0) return false;
     done += static_cast<std::size_t>(count);
   }
+  return true;
 }
 
 }  // namespace weft::sim

@@ -46,12 +46,13 @@ class XdmfFile {
   // that move; their number must be the same for every frame.
   std::string describe(double time, const std::vector<XdmfSurface>& moving);
   // Writes the texts of one or more frames. Precondition: create() has been called. Throws
-  // FileError.
+  // FileError; the file then lists the frames before these.
   void append(const std::string& frames);
 
  private:
   std::string text_of(const XdmfSurface& surface) const;
-  void write_at(long offset, const std::string& text) const;
+  // Returns false, with errno, if only a part of the text could be written.
+  bool write_at(long offset, const std::string& text) const;
 
   std::string path_;
   std::string trajectory_;

@@ -56,7 +56,7 @@ class NumberedLinks {
   std::filesystem::path folder_;
 };
 
-std::vector<std::string> ffmpeg_arguments(double frames_per_second) {
+std::vector<std::string> ffmpeg_arguments(double frames_per_second, const std::string& name) {
   return {"ffmpeg",
           "-nostdin",
           "-y",
@@ -80,7 +80,9 @@ std::vector<std::string> ffmpeg_arguments(double frames_per_second) {
           "+faststart",
           "-metadata",
           std::string("comment=") + signature,
-          "movie.mp4"};
+          "-f",
+          "mp4",
+          name};
 }
 
 // Starts ffmpeg in `directory` and sets `process` to its id. Its messages go to `message_pipe`.
@@ -121,35 +123,46 @@ std::string read_all(int file) {
   return text;
 }
 
-}  // namespace
-
-MovieResult write_movie(const std::string& directory, const std::vector<std::string>& pictures,
-                        double frames_per_second) try {
-  const NumberedLinks links(directory, pictures);
+// Runs ffmpeg in `directory` and waits for it. Returns why there is no movie, or an empty text.
+std::string run_ffmpeg(const std::string& directory, const std::vector<std::string>& arguments) {
   std::array<int, 2> message_pipe{};
-  if (pipe2(message_pipe.data(), O_CLOEXEC) != 0) {
-    return {false, std::string("cannot run ffmpeg: ") + std::strerror(errno)};
-  }
+  if (pipe2(message_pipe.data(), O_CLOEXEC) != 0)
+    return std::string("cannot run ffmpeg: ") + std::strerror(errno);
   pid_t process = 0;
-  const int error =
-      start_ffmpeg(directory, ffmpeg_arguments(frames_per_second), message_pipe[1], process);
+  const int error = start_ffmpeg(directory, arguments, message_pipe[1], process);
   close(message_pipe[1]);
   const std::string messages = error == 0 ? read_all(message_pipe[0]) : "";
   close(message_pipe[0]);
-  if (error == ENOENT) return {false, "ffmpeg not found: no movie"};
-  if (error != 0) return {false, std::string("cannot run ffmpeg: ") + std::strerror(error)};
+  if (error == ENOENT) return "ffmpeg not found: no movie";
+  if (error != 0) return std::string("cannot run ffmpeg: ") + std::strerror(error);
   int status = 0;
   while (waitpid(process, &status, 0) < 0) {
-    if (errno != EINTR) return {false, std::string("lost ffmpeg: ") + std::strerror(errno)};
+    if (errno != EINTR) return std::string("lost ffmpeg: ") + std::strerror(errno);
   }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {true, ""};
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
   const std::string end = WIFEXITED(status) ? "exit code " + std::to_string(WEXITSTATUS(status))
                                             : "signal " + std::to_string(WTERMSIG(status));
+  return "ffmpeg failed (" + end + ")" + (messages.empty() ? "" : ": " + messages);
+}
+
+}  // namespace
+
+MovieResult write_movie(const std::string& directory, const std::vector<std::string>& pictures,
+                        double frames_per_second) {
+  const std::filesystem::path folder(directory);
+  const std::string unfinished = std::string(movie_name) + "." + std::to_string(getpid()) + ".tmp";
+  std::string reason;
+  try {
+    const NumberedLinks links(directory, pictures);
+    reason = run_ffmpeg(directory, ffmpeg_arguments(frames_per_second, unfinished));
+    if (reason.empty()) std::filesystem::rename(folder / unfinished, folder / movie_name);
+  } catch (const std::filesystem::filesystem_error& error) {
+    reason = std::string("no movie: ") + error.what();
+  }
+  if (reason.empty()) return {true, ""};
   std::error_code ignored;
-  std::filesystem::remove(std::filesystem::path(directory) / "movie.mp4", ignored);
-  return {false, "ffmpeg failed (" + end + ")" + (messages.empty() ? "" : ": " + messages)};
-} catch (const std::filesystem::filesystem_error& error) {
-  return {false, std::string("no movie: ") + error.what()};
+  std::filesystem::remove(folder / unfinished, ignored);
+  return {false, reason};
 }
 
 bool is_own_movie(const std::string& path) {

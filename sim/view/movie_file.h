@@ -6,6 +6,8 @@
 
 namespace weft::sim {
 
+inline constexpr const char* movie_name = "movie.mp4";
+
 struct MovieResult {
   bool written = false;
   std::string reason;  // empty if written
@@ -14,8 +16,8 @@ struct MovieResult {
 // Makes directory/movie.mp4 (H.264, yuv420p) from `pictures`: names of PNG files in the directory,
 // in the order of the movie. An odd width or height grows by a black line, because yuv420p needs
 // even sizes. The comment in the movie's metadata says that Weft made it. Runs ffmpeg from PATH,
-// without a shell, and waits for it. If ffmpeg fails, removes the unfinished movie and returns the
-// reason.
+// without a shell, and waits for it. The movie has a temporary name until it is complete, and then
+// replaces any file of its name. Without a movie, that file stays, and the reason is returned.
 MovieResult write_movie(const std::string& directory, const std::vector<std::string>& pictures,
                         double frames_per_second);
 

@@ -14,6 +14,7 @@
 #include "gpu/renderer.h"
 #include "sim/case/case_error.h"
 #include "sim/case/case_tree.h"
+#include "sim/trajectory/leftover_files.h"
 #include "sim/trajectory/trajectory.h"
 #include "sim/view/movie_file.h"
 #include "sim/view/painted_field.h"
@@ -155,12 +156,15 @@ std::optional<int> frame_of_name(const std::string& name) {
   return frame;
 }
 
-// Removes the pictures of earlier renderings except those of `frames`. Pictures that no rendering
-// made stay.
+// Removes the pictures of earlier renderings except those of `frames`, and the unfinished pictures
+// and movies that killed renderings left. Pictures that no rendering made stay.
 void remove_older_pictures(const std::string& directory, const std::vector<int>& frames) {
   std::vector<std::filesystem::path> older;
   for (const auto& entry : std::filesystem::directory_iterator(directory)) {
-    const std::optional<int> frame = frame_of_name(entry.path().filename().string());
+    const std::string name = entry.path().filename().string();
+    const std::string finished = file_of_leftover(name);
+    if (finished == movie_name || frame_of_name(finished)) older.push_back(entry.path());
+    const std::optional<int> frame = frame_of_name(name);
     if (frame && !std::binary_search(frames.begin(), frames.end(), *frame) &&
         gpu::is_own_png(entry.path().string()))
       older.push_back(entry.path());
@@ -233,7 +237,7 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
   if (frames.empty() || reader.bodies().empty()) {
     throw std::runtime_error("'" + trajectory + "' has no complete frame to draw");
   }
-  const std::filesystem::path movie_path = std::filesystem::path(directory) / "movie.mp4";
+  const std::filesystem::path movie_path = std::filesystem::path(directory) / movie_name;
   if (!options.force) {
     refuse_foreign_files(directory, movie_path.string(), frames);
   }
@@ -289,12 +293,13 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
   }
   remove_older_pictures(directory, frames);
   // An older movie would not match these pictures, so it is removed. A movie that no rendering made
-  // is removed only to make room for the new one.
-  if (options.movie || is_own_movie(movie_path.string())) std::filesystem::remove(movie_path);
+  // stays until a complete one replaces it.
+  if (is_own_movie(movie_path.string())) std::filesystem::remove(movie_path);
 
   report.frames_per_second = movie_rate(reader, frames, options);
   if (!options.movie) return report;
   std::vector<std::string> pictures;
+  pictures.reserve(frames.size());
   for (const int frame : frames) pictures.push_back(picture_name(frame));
   const MovieResult movie = write_movie(directory, pictures, report.frames_per_second);
   if (movie.written) report.movie = movie_path.string();

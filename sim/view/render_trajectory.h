@@ -62,9 +62,10 @@ struct RenderReport {
 // if needed. Pictures are named by their frames: frame_00000.png, frame_00010.png, .... With
 // RenderOptions::movie, the program ffmpeg makes an MP4 movie (H.264) from them.
 //
-// Pictures and a movie of an earlier rendering are removed or replaced. Another file is removed or
-// replaced only with `force`, and only if it has the name of a picture or of the movie. Without
-// `force`, a file with such a name that no rendering made is an error before anything is drawn.
+// Pictures and a movie of an earlier rendering are removed or replaced. Another file is replaced
+// only with `force`, and only by a complete picture or movie of its name; it is never removed.
+// Without `force`, a file with such a name that no rendering made is an error before anything is
+// drawn.
 //
 // One fixed camera shows every body in all drawn frames. If an obstacle is more than twice as large
 // as all simulated bodies together, the camera shows only the part of it near these bodies. Bodies

@@ -11,7 +11,7 @@ RenderReport render_trajectory(const std::string&, const std::string&, const Ren
   throw std::runtime_error("this build has no gpu/ (configure with -DWEFT_GPU=ON)");
 }
 
-void draw_start(const Scene&, std::span<const Crossing>, const std::string&, bool) {
+int draw_start(const Scene&, std::span<const Crossing>, const std::string&, bool) {
   throw FileError("this build has no gpu/ (configure with -DWEFT_GPU=ON)");
 }
 

@@ -2,13 +2,17 @@
 
 #include <gtest/gtest.h>
 #include <png.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <numbers>
 #include <random>
+#include <stdexcept>
 #include <thread>
 
 #include "bsi/shapes.h"
@@ -370,6 +374,29 @@ TEST(PngFile, NamesTheFileThatCannotBeWritten) {
       EXPECT_NE(std::string(error.what()).find(path), std::string::npos) << error.what();
     }
   }
+}
+
+// Without room for the picture, an earlier one stays and nothing unfinished is left.
+TEST(PngFile, LeavesNothingUnfinished) {
+  Picture picture{200, 200, {}};
+  for (int i = 0; i < 200 * 200 * 3; ++i)
+    picture.rgb.push_back(static_cast<std::uint8_t>((i * 7919) >> 3));
+  const TemporaryFolder folder;
+  const std::string path = folder.path("picture.png");
+  write_png(path, {2, 2, std::vector<std::uint8_t>(12)});
+  // Writing beyond the limit fails as on a full disk.
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{4096, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  EXPECT_THROW(write_png(path, picture), std::runtime_error);
+  EXPECT_THROW(write_png(folder.path("other.png"), picture), std::runtime_error);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(read_png(path).width, 2);
+  const std::filesystem::directory_iterator left(folder.path());
+  EXPECT_EQ(std::distance(begin(left), end(left)), 1);
 }
 
 }  // namespace

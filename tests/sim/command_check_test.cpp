@@ -1,6 +1,8 @@
 // weft check --picture and --fix-initial.
 #include <gtest/gtest.h>
+#include <hdf5.h>
 
+#include <array>
 #include <filesystem>
 #include <string>
 
@@ -66,6 +68,52 @@ TEST_F(CommandCheck, FixInitialWritesANewShapeFileFromWhichTheCaseStarts) {
   arguments.push_back("--quiet");
   const Result run = weft(arguments);
   EXPECT_EQ(run.code, exit_code::done) << run.err;
+}
+
+// The printed path serves from the folder of the case, and ".." in it leads above the target of a
+// link.
+TEST_F(CommandCheck, FixInitialNamesFilesAcrossLinks) {
+  std::filesystem::create_directories(path("store/cases"));
+  std::filesystem::create_directory(path("project"));
+  std::filesystem::create_directory_symlink("../store/cases", path("project/cases"));
+  write("store/cases/crossed.toml", crossed_sheets);
+  for (const std::string shapes : {"project/cases/../start.h5", "project/start.h5"}) {
+    const Result fixed = weft({"check", "project/cases/crossed.toml", "--fix-initial", shapes});
+    ASSERT_EQ(fixed.code, exit_code::done) << fixed.err;
+    std::vector<std::string> arguments{"check", "project/cases/crossed.toml"};
+    for (const std::string& text : printed_overrides(fixed.out)) {
+      arguments.push_back("--set");
+      arguments.push_back(text);
+    }
+    ASSERT_GT(arguments.size(), 2U) << fixed.out;
+    const Result checked = weft(arguments);
+    EXPECT_EQ(checked.code, exit_code::done) << checked.err;
+    std::filesystem::remove(path(shapes));
+  }
+}
+
+// The files that a run writes are its trajectory, the sidecar of that and the checkpoint.
+TEST_F(CommandCheck, ARunNeverOverwritesTheShapesOfItsCase) {
+  write("crossed.toml", crossed_sheets);
+  for (const std::string shapes :
+       {"out/crossed.h5", "out/crossed.xdmf", "out/crossed.checkpoint"}) {
+    const Result fixed = weft({"check", "crossed.toml", "--fix-initial", shapes});
+    ASSERT_EQ(fixed.code, exit_code::done) << fixed.err;
+    const std::string before = read_bytes(path(shapes));
+    for (const std::string how : {"--force", "--resume"}) {
+      std::vector<std::string> arguments{"run", "crossed.toml", "--quiet", how};
+      for (const std::string& text : printed_overrides(fixed.out)) {
+        arguments.push_back("--set");
+        arguments.push_back(text);
+      }
+      const Result run = weft(arguments);
+      EXPECT_EQ(run.code, exit_code::bad_case) << shapes << ' ' << how;
+      EXPECT_TRUE(holds(run.err, shapes + ": the case reads this file, which weft run never"))
+          << run.err;
+      EXPECT_EQ(read_bytes(path(shapes)), before) << shapes << ' ' << how;
+    }
+    std::filesystem::remove_all(path("out"));
+  }
 }
 
 TEST_F(CommandCheck, FixInitialOverwritesNothingWithoutForce) {
@@ -192,6 +240,62 @@ TEST_F(CommandCheck, PictureShowsParticles) {
   const int small = blue_pixels("0.015"), large = blue_pixels("0.03");
   EXPECT_GT(small, 200);
   EXPECT_NEAR(large, 4.0 * small, 0.4 * large);
+}
+
+// Particles that overlap another one, a sheet or an obstacle are red.
+TEST_F(CommandCheck, PictureShowsOverlappingParticles) {
+  write("balls.toml", sheet_and_balls);
+  const std::string alone(sheet_and_balls);
+  write("alone.toml", alone.substr(0, alone.find("[[body]]")) +
+                          alone.substr(alone.find("[[particles]]")) + R"([[obstacle]]
+name = "floor"
+shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
+[[particles]]
+name = "guest"
+radius = 0.02
+density = 100
+positions = { type = "grid", count = [1, 1, 1], spacing = 0.1, centre = [0.05, 0.05, 0.3] }
+)");
+  const std::array<double, 9> places{0, 0, 0.1, 0.059, 0, 0.1, 0.12, 0, 0.1};
+  const std::array<hsize_t, 2> extent{3, 3};
+  const hid_t file = H5Fcreate(path("places.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  const hid_t space = H5Screate_simple(2, extent.data(), nullptr);
+  const hid_t dataset =
+      H5Dcreate2(file, "places", H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  ASSERT_GE(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, places.data()), 0);
+  H5Dclose(dataset);
+  H5Sclose(space);
+  H5Fclose(file);
+  const auto said = [&](std::vector<std::string> arguments, const std::string& count) {
+    arguments.insert(arguments.begin(), "check");
+    arguments.insert(arguments.end(), {"--picture", "balls.png", "--force"});
+    const Result drawn = weft(arguments);
+    EXPECT_EQ(drawn.code, count.empty() ? exit_code::done : exit_code::bad_case) << drawn.err;
+    const std::string text = "; " + count + " in red\n";
+    EXPECT_EQ(holds(drawn.out, text), !count.empty()) << drawn.out;
+    return red_pixels(path("balls.png"));
+  };
+  const std::string centre = "particles.balls.positions.centre=", set = "--set";
+  const int plain = said({"balls.toml"}, "");
+  EXPECT_GT(said({"balls.toml", set, centre + "[0, 0, 0.02]"}, "4 overlapping particles,"),
+            plain + 2000);
+  for (const std::string method : {"impulses", "cvode"}) {
+    const auto with = [&](const std::string& override) {
+      return std::vector<std::string>{"alone.toml", set, "time.method=" + method, set, override};
+    };
+    EXPECT_LT(said(with("title=apart"), ""), 100) << method;
+    EXPECT_GT(said(with(centre + "[0, 0, 0.02]"), "4 overlapping particles,"), 2000) << method;
+    // The guest overlaps one ball, and of the places in the file two are too near each other.
+    EXPECT_GT(said(with("particles.guest.positions.centre=[0.05, 0.05, 0.14]"),
+                   "2 overlapping particles,"),
+              2000)
+        << method;
+    EXPECT_GT(said(with("particles.balls.positions={ type = \"file\", path = \"places.h5\", "
+                        "dataset = \"places\" }"),
+                   "2 overlapping particles,"),
+              2000)
+        << method;
+  }
 }
 
 TEST_F(CommandCheck, PictureShowsTheIntersections) {

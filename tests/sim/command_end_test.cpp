@@ -1,4 +1,6 @@
 // The exit code, --json and the file report how a command ends.
+#include <fcntl.h>
+
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -128,6 +130,28 @@ TEST_F(CommandEnd, AStopIsInTheFile) {
     EXPECT_EQ(file.at("reason"), report.at("reason"));
     std::filesystem::remove_all(path("out"));
   }
+}
+
+// The test holds a lease on the case, so that the command waits where it opens it.
+TEST_F(CommandEnd, AStopBeforeTheCaseIsReadIsReported) {
+  std::signal(SIGIO, SIG_IGN);  // which the kernel sends to ask for the lease
+  const int file = open(path("sheet.toml").c_str(), O_RDWR | O_CLOEXEC);
+  ASSERT_GE(file, 0);
+  if (fcntl(file, F_SETLEASE, F_WRLCK) != 0) GTEST_SKIP() << "this file system has no leases";
+  WeftProcess run = endless_run();
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (fcntl(file, F_GETLEASE) == F_WRLCK) {
+    ASSERT_LT(std::chrono::steady_clock::now(), end);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  run.send(SIGTERM);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  fcntl(file, F_SETLEASE, F_UNLCK);
+  close(file);
+  EXPECT_EQ(run.wait(), 143);
+  const Json report = Json::parse(run.out());
+  EXPECT_EQ(report.at("status"), "interrupted");
+  EXPECT_TRUE(contains(report.at("reason"), "SIGTERM")) << report.at("reason");
 }
 
 TEST_F(CommandEnd, AStopWithinThePilotHasItsReason) {

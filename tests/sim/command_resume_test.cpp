@@ -401,6 +401,19 @@ TEST_F(CommandResume, RestartsFromAnotherRun) {
   EXPECT_EQ(read_bytes(path("first/test.h5")), first);
 }
 
+// The folder above a linked folder is that of its target. A file beside the link is another one.
+TEST_F(CommandResume, RestartsFromAFileAboveALinkedFolder) {
+  write("test.toml", hanging_case("duration = 0.02\n[output]\nvelocity = true"));
+  std::filesystem::create_directories(path("store/cases"));
+  std::filesystem::create_directory(path("project"));
+  std::filesystem::create_directory_symlink("../store/cases", path("project/cases"));
+  run("store/run", exit_code::done);
+  run("out", exit_code::done, {"--restart-from", "project/cases/../run/test.h5", "--time", "0.02"});
+  const TrajectoryReader first(path("store/run/test.h5").string());
+  EXPECT_EQ(TrajectoryReader(path("out/test.h5").string()).positions(0, 0),
+            first.positions(0, first.frames() - 1));
+}
+
 // Steps of a given length lose nothing at a checkpoint, so that the longer run equals a whole one.
 TEST_F(CommandResume, ExtendsACompleteRun) {
   write("test.toml", contact_case);

@@ -268,6 +268,30 @@ positions = { type = "grid", count = [1, 1, 1] }
   }
 }
 
+// Friction that grows evenly from 0 to 0.4 in a second takes g * 0.2 t^2 of a sliding ball's speed.
+// A step has the friction of its middle.
+TEST(DrivenParticles, SlideWithFrictionThatGrows) {
+  Simulation simulation = simulate(R"(
+[time]
+method = "impulses"
+duration = 1
+step = 0.01
+[contact]
+friction = { times = [0, 1], values = [0, 0.4] }
+[[particles]]
+name = "ball"
+radius = 0.02
+spin = false
+velocity = [2, 0, 0]
+positions = { type = "grid", count = [1, 1, 1], centre = [-1, 0.01, 0.02052] }
+[[obstacle]]
+name = "floor"
+shape = { type = "plane", size = [4, 4] }
+)");
+  run_until(simulation, 0.5);
+  EXPECT_NEAR(2 - simulation.velocity("ball")[0].x(), 9.81 * 0.05, 1e-3 * 9.81 * 0.05);
+}
+
 // A storm takes a flake with it that drag stops within a tenth of a step. The flake is never faster
 // than the wind, and moves by w t - ln(1 + k w t) / k, with k as above.
 TEST(DrivenParticles, StormTakesLightSpheresWithIt) {

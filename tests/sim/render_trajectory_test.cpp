@@ -28,10 +28,11 @@ class RenderTrajectory : public testing::Test {
   }
   void TearDown() override { setenv("PATH", old_path_.c_str(), 1); }
 
-  // Installs a script in the place of ffmpeg.
+  // Installs a script in the place of ffmpeg. Its variable `movie` is the name of the movie, the
+  // last argument of ffmpeg.
   void install_ffmpeg(const std::string& script) const {
     const files::path path = folder_.path("programs/ffmpeg");
-    std::ofstream(path) << "#!/bin/sh\n" << script << '\n';
+    std::ofstream(path) << "#!/bin/sh\nfor movie; do :; done\n" << script << '\n';
     files::permissions(path, files::perms::owner_all);
   }
 
@@ -344,7 +345,7 @@ std::string text_of(const files::path& path) {
 // Nothing is drawn, so no folder holds half of two renderings.
 TEST_F(RenderTrajectory, RefusesToOverwriteWhatItDidNotMake) {
   const std::string path = write_trajectory(3);
-  install_ffmpeg("echo \"$@\" > movie.mp4");
+  install_ffmpeg("echo \"$@\" > \"$movie\"");
   for (const char* name : {"frame_00002.png", "movie.mp4"}) {
     files::remove_all(pictures());
     files::create_directory(pictures());
@@ -408,7 +409,7 @@ TEST_F(RenderTrajectory, SlowsMoviesOfShapesFromFiles) {
 }
 
 TEST_F(RenderTrajectory, HandsThePicturesToFfmpegInRealTime) {
-  install_ffmpeg("echo \"$@\" > arguments; echo movie > movie.mp4");
+  install_ffmpeg("echo \"$@\" > arguments; echo movie > \"$movie\"");
   const RenderReport report = render_trajectory(write_trajectory(3), pictures(), small_pictures());
   EXPECT_EQ(report.why_no_movie, "");
   EXPECT_EQ(report.movie, pictures() + "/movie.mp4");
@@ -426,7 +427,7 @@ TEST_F(RenderTrajectory, HandsThePicturesToFfmpegInRealTime) {
 TEST_F(RenderTrajectory, HandsFfmpegThePicturesThatItDrew) {
   install_ffmpeg(
       "for link in .movie_frames/*; do echo \"$link $(readlink \"$link\")\"; done > links;"
-      "echo movie > movie.mp4");
+      "echo movie > \"$movie\"");
   // Programs of the test's own, and the system's readlink.
   setenv("PATH", (folder_.path("programs") + ":/usr/bin:/bin").c_str(), 1);
   RenderOptions options = small_pictures();
@@ -441,7 +442,7 @@ TEST_F(RenderTrajectory, HandsFfmpegThePicturesThatItDrew) {
 
 // A rendering that was killed leaves links behind, which do no harm.
 TEST_F(RenderTrajectory, RemovesNothingButItsLinksFromTheirFolder) {
-  install_ffmpeg("echo movie > movie.mp4");
+  install_ffmpeg("echo movie > \"$movie\"");
   const files::path links = files::path(pictures()) / ".movie_frames";
   files::create_directories(links);
   files::create_symlink("../frame_00007.png", links / "0.png");
@@ -458,6 +459,51 @@ TEST_F(RenderTrajectory, KeepsThePicturesWhenFfmpegFails) {
   EXPECT_EQ(report.movie, "");
   EXPECT_EQ(report.why_no_movie, "ffmpeg failed (exit code 3): Unknown encoder libx264");
   EXPECT_EQ(picture_count(), 2);
+}
+
+// With force, only a complete movie replaces a file that no rendering made.
+TEST_F(RenderTrajectory, NeverRemovesAMovieOfOthers) {
+  const std::string path = write_trajectory(2);
+  RenderOptions options = small_pictures();
+  options.force = true;
+  files::create_directory(pictures());
+  const files::path mine = files::path(pictures()) / "movie.mp4";
+  std::ofstream(mine) << "mine";
+  EXPECT_EQ(render_trajectory(path, pictures(), options).why_no_movie,
+            "ffmpeg not found: no movie");
+  EXPECT_EQ(text_of(mine), "mine");
+  install_ffmpeg("echo half > \"$movie\"; exit 1");
+  EXPECT_EQ(render_trajectory(path, pictures(), options).why_no_movie,
+            "ffmpeg failed (exit code 1)");
+  EXPECT_EQ(text_of(mine), "mine");
+  const files::directory_iterator left(pictures());
+  EXPECT_EQ(std::distance(begin(left), end(left)), 3) << "two pictures and the movie";
+  install_ffmpeg("echo \"$@\" > \"$movie\"");
+  EXPECT_EQ(render_trajectory(path, pictures(), options).movie, mine.string());
+  EXPECT_NE(text_of(mine), "mine");
+}
+
+// A movie of an earlier rendering does not match the new pictures.
+TEST_F(RenderTrajectory, RemovesItsOlderMovie) {
+  const std::string path = write_trajectory(2);
+  install_ffmpeg("echo \"$@\" > \"$movie\"");
+  const std::string movie = render_trajectory(path, pictures(), small_pictures()).movie;
+  EXPECT_TRUE(files::exists(movie));
+  install_ffmpeg("exit 1");
+  render_trajectory(path, pictures(), small_pictures());
+  EXPECT_FALSE(files::exists(movie));
+}
+
+// No process has the largest number that a temporary file can have.
+TEST_F(RenderTrajectory, RemovesWhatKilledRenderingsLeft) {
+  files::create_directory(pictures());
+  const std::string killed = ".2147483647.tmp";
+  for (const std::string name : {"frame_00001.png", "movie.mp4", "mine.png"})
+    std::ofstream(files::path(pictures()) / (name + killed)) << "half";
+  render_trajectory(write_trajectory(2), pictures(), small_pictures());
+  EXPECT_FALSE(files::exists(files::path(pictures()) / ("frame_00001.png" + killed)));
+  EXPECT_FALSE(files::exists(files::path(pictures()) / ("movie.mp4" + killed)));
+  EXPECT_TRUE(files::exists(files::path(pictures()) / ("mine.png" + killed)));
 }
 
 TEST_F(RenderTrajectory, RefusesWhatCannotBeDrawn) {

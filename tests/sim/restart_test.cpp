@@ -2,10 +2,15 @@
 #include "sim/run/restart.h"
 
 #include <gtest/gtest.h>
+#include <hdf5.h>
 
+#include <array>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "sim/case/case_error.h"
+#include "sim/case/case_text.h"
 #include "sim/run/make_simulation.h"
 #include "sim/run/recorded_run.h"
 #include "sim/run/run_checkpoint.h"
@@ -42,6 +47,35 @@ class Restart : public testing::Test {
   Case parse(const std::string& text, const Overrides& overrides = {}) const {
     return parse_case(text, path("test.toml"), overrides);
   }
+  // Reads the case as a file of that name in the folder of the test.
+  Case parse_as(const std::string& name, const std::string& text,
+                const Overrides& overrides = {}) const {
+    return parse_case(text, path(name), overrides);
+  }
+  void write(const std::string& name, const std::string& text) const { folder_.write(name, text); }
+  // Writes a square of 5 x 5 vertices with sides of that length (m).
+  void write_shape(const std::string& name, double side) const {
+    std::vector<double> values;
+    for (int row = 0; row < 5; ++row)
+      for (int col = 0; col < 5; ++col)
+        values.insert(values.end(), {0.25 * side * col, 0.25 * side * row, 0});
+    const hid_t file = H5Fcreate(path(name).c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    const std::array<hsize_t, 3> shape{5, 5, 3};
+    const hid_t space = H5Screate_simple(3, shape.data(), nullptr);
+    const hid_t dataset =
+        H5Dcreate2(file, "p", H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    EXPECT_GE(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+              0);
+    H5Dclose(dataset);
+    H5Sclose(space);
+    H5Fclose(file);
+  }
+  // Returns the time of the checkpoint as TOML.
+  std::string checkpoint_time(const std::string& file) const {
+    const auto checkpoint = read_checkpoint(path(file));
+    EXPECT_TRUE(checkpoint) << file;
+    return checkpoint ? number_text(checkpoint->reached) : "";
+  }
   RunReport run(const std::string& file, const Case& source) const {
     RunOptions options;
     options.trajectory = path(file);
@@ -54,8 +88,11 @@ class Restart : public testing::Test {
   }
   // Returns the message of the refusal of a restart.
   std::string refusal(const std::string& text, const Overrides& overrides) const {
+    return refusal_of(parse(text, overrides));
+  }
+  static std::string refusal_of(const Case& source) {
     try {
-      make_simulation(parse(text, overrides));
+      make_simulation(source);
     } catch (const CaseError& error) {
       return error.what();
     }
@@ -278,6 +315,120 @@ shape = { type = "rectangle", size = [0.3, 0.3], resolution = [3, 3] }
   EXPECT_NE(refused.find("the checkpoint of"), std::string::npos) << refused;
   run("exact.h5", parse(text, {"output.precision=\"float64\""}));
   EXPECT_EQ(refusal(text, from("exact.h5", "0")), "");
+}
+
+// A sheet whose shape is in a file beside the case.
+constexpr const char* sheet_of_file = R"(
+[time]
+duration = 0.02
+method = "euler"
+step = 1e-3
+[contact]
+enabled = false
+[[body]]
+name = "sheet"
+velocity = [1, 0, 2]
+shape = { type = "file", path = "shape.h5", dataset = "p" }
+)";
+
+bool holds(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+// A case in another folder finds the shape file of the run whose checkpoint it reads.
+TEST_F(Restart, ReadsTheFilesOfTheOtherRunFromItsFolder) {
+  write_shape("shape.h5", 0.1);
+  run("first.h5", parse(sheet_of_file));
+  const Overrides from_first = from("../first.h5", checkpoint_time("first.h5"));
+  const Simulation here =
+      make_simulation(parse(sheet_of_file, from("first.h5", checkpoint_time("first.h5"))));
+  std::filesystem::create_directory(path("other"));
+  Overrides shape{"body.sheet.shape.path=../shape.h5"};
+  shape.insert(shape.end(), from_first.begin(), from_first.end());
+  const Simulation there = make_simulation(parse_as("other/test.toml", sheet_of_file, shape));
+  EXPECT_EQ(here.position("sheet"), there.position("sheet"));
+  // The folders of the case and of the run may be moved together.
+  std::filesystem::create_directory(path("moved"));
+  for (const std::string name : {"shape.h5", "first.h5", "first.checkpoint"})
+    std::filesystem::rename(path(name), path("moved/" + name));
+  std::filesystem::create_directory(path("moved/other"));
+  const Simulation moved = make_simulation(parse_as("moved/other/test.toml", sheet_of_file, shape));
+  EXPECT_EQ(here.position("sheet"), moved.position("sheet"));
+}
+
+// Trajectories of earlier versions do not name the folder of their case.
+TEST_F(Restart, ReadsTheFilesOfOlderRunsFromItsOwnFolder) {
+  write_shape("shape.h5", 0.1);
+  run("first.h5", parse(sheet_of_file));
+  const hid_t file = H5Fopen(path("first.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  ASSERT_GE(H5Adelete(file, "case_folder"), 0);
+  H5Fclose(file);
+  EXPECT_EQ(refusal(sheet_of_file, from("first.h5", checkpoint_time("first.h5"))), "");
+}
+
+TEST_F(Restart, NamesTheFileThatTheOtherRunNeeds) {
+  write_shape("shape.h5", 0.1);
+  run("first.h5", parse(sheet_of_file));
+  std::filesystem::create_directory(path("other"));
+  const Overrides overrides = from("../first.h5", checkpoint_time("first.h5"));
+  std::filesystem::remove(path("shape.h5"));
+  const std::string missing = refusal_of(parse_as("other/test.toml", flying_sheet, overrides));
+  EXPECT_TRUE(holds(missing, "the run of " + path("other/../first.h5") +
+                                 " reads \"shape.h5\", which is not there\n  expected " +
+                                 path("shape.h5") + " or " + path("other/shape.h5") + ';'))
+      << missing;
+  // A file of other contents does not serve, wherever it is found.
+  for (const std::string name : {"other/shape.h5", "shape.h5"}) {
+    write_shape(name, 0.2);
+    const std::string changed = refusal_of(parse_as("other/test.toml", flying_sheet, overrides));
+    EXPECT_TRUE(holds(changed, "files have changed since")) << changed;
+  }
+}
+
+// A run that began in the state of a first one has a checkpoint from which a third one begins.
+TEST_F(Restart, StartsFromARunThatWasRestarted) {
+  write_shape("shape.h5", 0.1);
+  std::filesystem::create_directory(path("other"));
+  run("first.h5", parse(sheet_of_file));
+  run("second.h5", parse(sheet_of_file, from("first.h5", checkpoint_time("first.h5"))));
+  const Overrides overrides =
+      from("../second.h5", checkpoint_time("second.h5"), {"body.sheet.shape.path=../shape.h5"});
+  const Simulation third = make_simulation(parse_as("other/test.toml", sheet_of_file, overrides));
+  const TrajectoryReader second(path("second.h5"));
+  const std::vector<Vec3> end = second.positions(0, second.frames() - 1);
+  for (std::size_t i = 0; i < end.size(); ++i)
+    EXPECT_LT((third.position("sheet")[i] - end[i]).norm(), 1e-6) << i;
+  std::filesystem::remove(path("first.h5"));
+  const std::string gone = refusal_of(parse_as("other/test.toml", sheet_of_file, overrides));
+  EXPECT_TRUE(holds(gone, "reads \"first.h5\", which is not there")) << gone;
+}
+
+// Two runs whose files were exchanged start in each other's states.
+TEST_F(Restart, RefusesRunsThatStartFromEachOther) {
+  write_shape("shape.h5", 0.1);
+  run("one.h5", parse(sheet_of_file));
+  run("two.h5", parse(sheet_of_file, from("one.h5", checkpoint_time("one.h5"))));
+  run("new.h5", parse(sheet_of_file, from("two.h5", checkpoint_time("two.h5"))));
+  for (const std::string end : {".h5", ".checkpoint"})
+    std::filesystem::rename(path("new" + end), path("one" + end));
+  const std::string text = refusal(sheet_of_file, from("one.h5", checkpoint_time("one.h5")));
+  EXPECT_TRUE(holds(text, "more than 32 runs start in the state of another")) << text;
+}
+
+// An unreadable trajectory has the place of its path, as a shape file has.
+TEST_F(Restart, PlacesATrajectoryThatCannotBeRead) {
+  const std::string text =
+      std::string(flying_sheet) + "[restart]\ntime = 0.05\n  path = \"a.h5\"\n";
+  write("test.toml", text);
+  const std::string missing = refusal(text, {});
+  EXPECT_TRUE(holds(missing, path("test.toml") + ":18:10: " + path("a.h5") + ": no such file"))
+      << missing;
+  write("a.h5", "no trajectory");
+  const std::string damaged = refusal(text, {});
+  EXPECT_TRUE(holds(damaged, path("test.toml") + ":18:10: " + path("a.h5"))) << damaged;
+  const std::string other = refusal(text, {"restart.path=b.h5"});
+  EXPECT_EQ(other.find("--set restart.path=\"b.h5\": " + path("b.h5") + ": no such file"), 0)
+      << other;
 }
 
 }  // namespace

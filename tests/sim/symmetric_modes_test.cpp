@@ -84,7 +84,7 @@ TEST(QuarterPlate, BucklesAtItsLoadHoweverThin) {
   }
 }
 
-// Where two planes of symmetry meet, both hold the height of the corner's neighbours.
+// Two planes of symmetry that meet both hold the height of the corner's neighbours.
 TEST(ModeUnknowns, AreWhatPinsAndSupportsLeaveFree) {
   const auto scene = build_scene(quarter_plate(1e-3));
   const ModeUnknowns unknowns(*scene);
