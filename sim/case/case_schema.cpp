@@ -497,7 +497,7 @@ Table describe(BodyCase& target) {
             "Rotation about the origin: axis times angle."),
       field("velocity", &velocity, "m/s", any, "Velocity at the start."),
       field("angular_velocity_deg", &angular_velocity, "degrees/s", any,
-            "Angular velocity at the start, about the body's centre: axis times rate."),
+            "Angular velocity at the start, about the body's centre of mass: axis times rate."),
       field("thickness", &thickness, "m", not_negative,
             "Thickness in contact: two surfaces stay farther apart than the mean of theirs. In "
             "meshes finer than thickness + contact.range, parts of one body closer than pi/2 "

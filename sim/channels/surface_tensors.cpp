@@ -6,6 +6,7 @@
 #include "materials/bending.h"
 #include "materials/hinge.h"
 #include "sim/base/parallel.h"
+#include "sim/case/membrane_stiffness.h"
 
 namespace weft::sim {
 
@@ -65,6 +66,14 @@ Vec3 with_sign(const Vec3& direction) {
   int largest = 0;
   direction.cwiseAbs().maxCoeff(&largest);
   return direction[largest] < 0 ? Vec3(-direction) : direction;
+}
+
+// Returns the nodes of a right triangle with legs of 1 m along the axes, as columns. The columns of
+// `gradient` are where a deformation takes the legs.
+Nodes3 unit_triangle(const Eigen::Matrix2d& gradient) {
+  Nodes3 nodes = Nodes3::Zero();
+  nodes.topRightCorner<2, 2>() = gradient;
+  return nodes;
 }
 
 // Eliminates the angles of border edges, which are those without has_angle. They take the values of
@@ -133,6 +142,11 @@ SurfaceTensors::SurfaceTensors(const SceneBody& body, bool bends, int threads,
   tensors_.resize(triangles_.size());
   if (!body.material->has_isotropic_membrane()) stretch_law_ = stretch_law(*body.material);
   if (body.material->orthotropic_bending) bending_law_ = bending_law(*body.material);
+  if (body.material->strain_limit) {
+    unit_limit_ = materials::make_strain_limit(unit_triangle(Eigen::Matrix2d::Identity()),
+                                               *body.material->strain_limit,
+                                               largest_membrane_stiffness(*body.material));
+  }
   // The mesh is built anew because body.mesh may lack the edges.
   if (bends) add_hinges(bsi::build_mesh(body.atlas), clamped, held);
 }
@@ -323,13 +337,29 @@ double SurfaceTensors::energy_by(const Law& law, int t, const PlaneTensor& strai
   return law.energy(std::array{own.xx, own.yy, 2 * own.xy});
 }
 
-PlaneTensor SurfaceTensors::tension_of(int t) const {
+PlaneTensor SurfaceTensors::membrane_tension_of(int t) const {
   if (!stretch_law_) return membrane_moduli().response(strain_of(t, damping_.membrane));
   return std::visit(
       [&](const auto& law) {
         return stress_by(law, t, strain_of(t, 0), strain_of(t, 1), damping_.membrane);
       },
       *stretch_law_);
+}
+
+// The energy per rest area is that of the unit triangle, divided by its area of 1/2, and the
+// tension is twice its derivative by F^T F.
+PlaneTensor SurfaceTensors::limit_tension_of(int t) const {
+  if (!unit_limit_) return {};
+  const materials::LimitDerivatives<double> derivatives(*unit_limit_,
+                                                        unit_triangle(placed_[t].gradient));
+  const auto& [xx, xy, yy] = derivatives.tension;
+  return (4 * unit_limit_->stiffness) * PlaneTensor{xx, xy, yy};
+}
+
+PlaneTensor SurfaceTensors::tension_of(int t) const {
+  PlaneTensor tension = membrane_tension_of(t);
+  tension += limit_tension_of(t);
+  return tension;
 }
 
 PlaneTensor SurfaceTensors::moment_of(int t) const {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "materials/crease.h"
+#include "materials/strain_limit.h"
 #include "materials/types.h"
 #include "sim/scene/cloth_laws.h"
 
@@ -63,8 +64,8 @@ class SurfaceTensors {
              const DampingTimes& damping, std::vector<materials::Crease> creases = {});
   // Computes the Green strain (F^T F - 1) / 2. O(particles).
   void find_strain(PrincipalValues& values) const;
-  // Computes the Cauchy tension (N/m), which is a force per current length, with damping. It is
-  // zero for a membrane of springs. O(particles).
+  // Computes the Cauchy tension (N/m), which is a force per current length, with damping and the
+  // strain limit. It is that of the limit alone for a membrane of springs. O(particles).
   void find_stress(PrincipalValues& values) const;
   // Computes the change of curvature since rest (1/m). It is positive if the surface has become
   // hollow on the side of its normals. Precondition: the object was made with `bends`.
@@ -115,7 +116,10 @@ class SurfaceTensors {
   PlaneTensor curvature_of(int triangle, double damping_time) const;
   PlaneTensor crease_of(int triangle) const;
   PlaneTensor elastic_curvature_of(int triangle, double damping_time) const;
-  // Returns the second Piola-Kirchhoff tension (N/m), with damping, in the rest plane.
+  // Return the second Piola-Kirchhoff tension (N/m) in the rest plane: that of the membrane with
+  // damping, that of the strain limit, and their sum.
+  PlaneTensor membrane_tension_of(int triangle) const;
+  PlaneTensor limit_tension_of(int triangle) const;
   PlaneTensor tension_of(int triangle) const;
   // Returns the bending moment per rest length (N m/m), with damping, in the rest plane.
   PlaneTensor moment_of(int triangle) const;
@@ -138,6 +142,7 @@ class SurfaceTensors {
   // Material laws whose stiffness depends on the direction; empty for isotropic materials.
   std::optional<StretchLaw> stretch_law_;
   std::optional<BendingLaw> bending_law_;
+  std::optional<materials::StrainLimit> unit_limit_;  // of a triangle with legs of 1 m
   std::vector<Triangle> triangles_;
   std::vector<Hinges> hinges_;     // by triangle; empty unless made with `bends`
   std::vector<int> first_around_;  // by particle: index of its first triangle in around_

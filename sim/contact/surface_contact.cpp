@@ -58,7 +58,8 @@ std::string ContactFault::describe(const Scene& scene) const {
   const auto name = [&](int point) { return scene.describe_point(point); };
   switch (kind) {
     case Kind::not_finite:
-      return "the position of " + scene.describe_particle(nodes[0]) + " is not finite";
+      return "the position of " + scene.describe_particle(nodes[0]) +
+             " is not finite, or more than 1e15 m from the origin";
     case Kind::touching:
       return "no gap is left between the features at " + name(nodes[0]) + " and " + name(nodes[3]) +
              " (gap " + rounded_text(gap) + " m)";

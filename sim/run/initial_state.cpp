@@ -84,11 +84,22 @@ bool is_of_one_body(const ContactFault& fault, const Scene& scene) {
          scene.body_index_of_point(fault.nodes[0]) == scene.body_index_of_point(fault.nodes[3]);
 }
 
-// Returns where the case has the later body of a fault; its file, if that is known alone.
+// Returns where the case has the later body of a fault.
 SourceLocation location_of(const ContactFault& fault, const Scene& scene) {
-  if (fault.kind == ContactFault::Kind::not_finite) return {scene.source.path, 0, 0};
+  if (fault.kind == ContactFault::Kind::not_finite) {
+    const int body = scene.body_index_of_particle(fault.nodes[0]);
+    return later_location(scene, body, body);
+  }
   return later_location(scene, scene.body_index_of_point(fault.nodes[0]),
                         scene.body_index_of_point(fault.nodes[3]));
+}
+
+const char* hint_for(const ContactFault& fault, const Scene& scene) {
+  if (fault.kind == ContactFault::Kind::not_finite)
+    return "expected a place within 1e15 m of the origin";
+  return is_of_one_body(fault, scene)
+             ? "make thickness smaller, or the layers of the shape farther apart"
+             : "move the bodies apart, or make thickness smaller";
 }
 
 // Throws CaseError at the places of the particles, if the fault is that of a particle. Of two
@@ -122,9 +133,7 @@ void refuse_missing_gaps(const Scene& scene) {
     refuse_overlap_of_particle(*fault, scene);
     throw CaseError(location_of(*fault, scene),
                     "the initial state cannot be simulated: " + fault->describe(scene),
-                    is_of_one_body(*fault, scene)
-                        ? "make thickness smaller, or the layers of the shape farther apart"
-                        : "move the bodies apart, or make thickness smaller");
+                    hint_for(*fault, scene));
   }
   const auto curved = contact.check_path(scene.initial_position, scene.initial_position);
   if (curved && curved->kind == ContactFault::Kind::curved) {

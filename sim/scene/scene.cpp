@@ -51,6 +51,17 @@ Vec3 mean_of(std::span<const Vec3> points) {
   return sum / static_cast<double>(std::max<std::size_t>(1, points.size()));
 }
 
+// Precondition: masses (kg) are positive.
+Vec3 centre_of_mass(std::span<const Vec3> points, std::span<const double> masses) {
+  Vec3 sum = Vec3::Zero();
+  double mass = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    sum += masses[i] * points[i];
+    mass += masses[i];
+  }
+  return sum / mass;
+}
+
 // Checks the memory that the case needs after a shape file has been read, because the count of its
 // vertices is known only then. Bodies and obstacles built before count with their actual numbers of
 // vertices.
@@ -179,8 +190,9 @@ void add_dynamic_body(Scene& scene, const BodyCase& from) {
   refuse_boundless_start(scene, count, from.name, from.location);
   body.velocity = from.velocity;
   body.spin = from.angular_velocity_deg * (std::acos(-1.0) / 180);
-  body.centre = mean_of(std::span<const Vec3>(scene.initial_position).last(count));
-  std::ranges::copy(particle_masses(body), std::back_inserter(scene.mass));
+  const std::vector<double> masses = particle_masses(body);
+  body.centre = centre_of_mass(std::span<const Vec3>(scene.initial_position).last(count), masses);
+  std::ranges::copy(masses, std::back_inserter(scene.mass));
   scene.pinned.resize(scene.mass.size(), 0);
   scene.particle_count += count;
   scene.bodies.push_back(std::move(body));

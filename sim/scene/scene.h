@@ -52,7 +52,7 @@ struct SceneBody {
   bsi::Mesh mesh;          // local indices; without contact, the mesh has no edges
   std::vector<Vec3> rest;  // undeformed positions of the particles, in the frame of the shape, m
   Vec3 velocity{0, 0, 0}, spin{0, 0, 0};  // at t = 0: m/s, and rad/s about `centre`
-  Vec3 centre{0, 0, 0};                   // m, mean of the particles' positions at t = 0
+  Vec3 centre{0, 0, 0};                   // m, centre of mass of the particles at t = 0
   // Velocities (m/s) of the particles at t = 0, in place of `velocity` and `spin`; empty without a
   // restart.
   std::vector<Vec3> start_velocity;

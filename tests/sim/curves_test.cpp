@@ -387,6 +387,19 @@ TEST(Curves, FrictionThatSetsInStopsASlide) {
   EXPECT_LT(std::abs(velocity(0.4)), 0.01);
 }
 
+// The sheet is at rest until its weight sets in, which is so large that a step as long as the first
+// one of the run would fail its error test.
+TEST(Curves, TheFirstStepAfterAJumpIsAsLongAsTheRateAllows) {
+  SimulatedCase sim(free_sheet,
+                    method("cvode", {"world.gravity={ times = [0, 0.1237], values = "
+                                     "[[0, 0, 0], [0, 0, -1e5]], between = \"step\" }"}));
+  sim.advance_to(0.1237);
+  EXPECT_EQ(sim.integrator().time(), 0.1237);
+  ASSERT_FALSE(sim.integrator().step());
+  EXPECT_EQ(sim.integrator().counts().error_test_failures, 0);
+  EXPECT_LT(sim.integrator().last_step(), 1e-4);
+}
+
 TEST(Curves, WhatIsZeroOnlyAtTheStartIsNotSkipped) {
   SimulatedCase sim(two_sheets);
   EXPECT_TRUE(sim.dynamics().has_damping());

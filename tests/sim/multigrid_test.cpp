@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -408,6 +409,35 @@ TEST(Multigrid, LeavesTheResidualAskedForWhenContactComesAndGoes) {
       }
       EXPECT_LT(residual.norm(), 1.01 * relative * right.norm());
     }
+  }
+}
+
+// A bound of the mean alone would be met by a solution that is wrong at one particle only.
+TEST(VelocitySystem, BoundsTheResidualOfEachParticle) {
+  DeformedScene deformed({.shape = sheet(33, 33), .preconditioner = "block_jacobi"});
+  const int count = deformed.scene().dynamic_particles, kicked = count / 2;
+  const double gamma = 2e-4;
+  std::vector<double> b(6 * count, 0.0), correction(b.size());
+  const std::vector<double> weight(b.size(), 1.0);
+  b[3 * (count + kicked) + 2] = 1;
+  VelocityMatrix matrix(deformed.dynamics());
+  matrix.form(gamma);
+  VelocitySystem system(deformed.dynamics());
+  system.set_up(gamma);
+  std::vector<Vec3> product(count);
+  for (const double bound : {0.9, 0.1, 1e-3}) {
+    EXPECT_TRUE(system.solve(gamma, b, weight, {.residual = bound}, correction).converged);
+    matrix.multiply(
+        std::span(reinterpret_cast<const Vec3*>(correction.data()) + count, std::size_t(count)),
+        product);
+    double sum = 0, largest = 0;
+    for (int i = 0; i < count; ++i) {
+      const Vec3 left = Vec3(0, 0, i == kicked ? 1 : 0) - product[i] / deformed.scene().mass[i];
+      sum += left.squaredNorm();
+      largest = std::max(largest, left.norm());
+    }
+    EXPECT_LE(std::sqrt(sum), 1.01 * bound);
+    EXPECT_LE(largest, 1.01 * 10 * bound / std::sqrt(count));
   }
 }
 

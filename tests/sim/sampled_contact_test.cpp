@@ -513,7 +513,8 @@ TEST(SampledContact, AParticleThatIsNotFiniteIsNamed) {
     ASSERT_TRUE(fault);
     EXPECT_EQ(fault->kind, ContactFault::Kind::not_finite);
     EXPECT_EQ(fault->describe(sampled.scene()),
-              "the position of body \"lower\", row 1, column 3 is not finite");
+              "the position of body \"lower\", row 1, column 3 is not finite, or more than 1e15 m "
+              "from the origin");
     EXPECT_EQ(fault->particle(sampled.scene()), 7 + 3);
   }
 }

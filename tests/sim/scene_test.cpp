@@ -289,5 +289,20 @@ TEST(Scene, SaysThatAnEquilibriumHasNoFriction) {
   EXPECT_NE(text.find("skipped friction and contact damping"), std::string::npos) << text;
 }
 
+// The vertices of a cone are denser near its apex, so that their mean is not its centre of mass.
+TEST(Scene, AnAngularVelocityGivesNoMomentum) {
+  const auto scene = scene_of(
+      "shape = { type = \"cone\", radius = 0.2, length = 0.4, resolution = [5] }\n"
+      "position = [1, 2, 3]\nangular_velocity_deg = [60, 20, 0]\n");
+  Vec3 momentum = Vec3::Zero();
+  double speed = 0;
+  for (int i = 0; i < scene->dynamic_particles; ++i) {
+    momentum += scene->mass[i] * scene->initial_velocity(i);
+    speed = std::max(speed, scene->initial_velocity(i).norm());
+  }
+  EXPECT_GT(speed, 0.1);
+  EXPECT_LT(momentum.norm(), 1e-12 * total_mass(*scene) * speed);
+}
+
 }  // namespace
 }  // namespace weft::sim::scene_test

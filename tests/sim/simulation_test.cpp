@@ -264,6 +264,23 @@ TEST(Simulation, RefusesWrongNamesAndVelocities) {
             "a velocity of \"sheet\" is not finite");
 }
 
+// The refusal names the line of the body that is at fault.
+TEST(Simulation, RefusesAnObstacleThatIsTooFarAway) {
+  const std::string text = std::string(hanging_sheet) +
+                           "[[obstacle]]\nname = \"ball\"\n"
+                           "shape = { type = \"sphere\", radius = 1e30, resolution = [3] }\n"
+                           "motion = { velocity = [0, 0.1, 0] }\n";
+  try {
+    make_simulation(parse_case(text, "case.toml", {"contact.enabled=true"}));
+    FAIL();
+  } catch (const CaseError& error) {
+    const std::string message = error.what();
+    EXPECT_EQ(message.find("case.toml:14:1: the initial state cannot be simulated: "), 0)
+        << message;
+    EXPECT_NE(message.find("more than 1e15 m from the origin"), std::string::npos) << message;
+  }
+}
+
 // A scene cannot be built before its accuracy is settled: it would run with arbitrary tolerances.
 TEST(Simulation, NeedsASettledAccuracy) {
   EXPECT_THROW(build_scene(parse_case(hanging_sheet, "test.toml", {"time.accuracy=1e-3"})),

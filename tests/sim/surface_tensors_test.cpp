@@ -471,5 +471,43 @@ edges = ["last_col"]
   EXPECT_LT((pull + run.vector("reactions/strip/pin_1/force")).norm(), 1e-6 * pull.norm());
 }
 
+// A strip is pulled until most of the load is carried by its strain limit. Without lateral
+// contraction every triangle has the tension of the load.
+TEST(SurfaceTensors, StrainLimitCarriesItsPartOfTheTension) {
+  ChannelRun run(R"(
+[time]
+duration = 1
+frames_per_second = 1
+method = "static"
+position_tolerance = 1e-8
+[world]
+gravity = [0, 0, 0]
+[output]
+channels = ["membrane_stress"]
+[contact]
+enabled = false
+[material.cloth]
+membrane_stiffness = 100
+poisson_ratio = 0
+strain_limit = 0.1
+[[body]]
+name = "strip"
+shape = { type = "rectangle", size = [1, 0.2], resolution = [3, 11] }
+[[body.pin]]
+edges = ["first_col"]
+[[load]]
+type = "line"
+body = "strip"
+edges = ["last_col"]
+force = [20, 0, 0]
+)",
+                 {"time.duration=1"});
+  run.advance_to(1);
+  for (const double stress : run.field("strip", "membrane_stress_major"))
+    EXPECT_NEAR(stress, 20, 0.02);
+  for (const double stress : run.field("strip", "membrane_stress_minor"))
+    EXPECT_NEAR(stress, 0, 0.02);
+}
+
 }  // namespace
 }  // namespace weft::sim::surface_tensors_test

@@ -7,11 +7,15 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <functional>
 #include <span>
+#include <sstream>
 #include <string>
 #include <type_traits>
 #include <vector>
 
+#include "sim/base/file_error.h"
 #include "sim/trajectory/trajectory.h"
 #include "tests/temporary_folder.h"
 
@@ -27,6 +31,20 @@ class TrajectoryFolder : public testing::Test {
     }
     std::sort(names.begin(), names.end());
     return names;
+  }
+  static std::string message_of(const std::function<void()>& action) {
+    try {
+      action();
+    } catch (const FileError& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+  static std::string contents(const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return text.str();
   }
 
  private:

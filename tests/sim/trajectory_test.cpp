@@ -21,7 +21,6 @@
 
 #include "sim/run/recorded_run.h"
 #include "sim/simulation/simulation.h"
-#include "sim/trajectory/xdmf_file.h"
 #include "tests/sim/simulated_case.h"
 #include "tests/sim/trajectory_fixture.h"
 
@@ -77,20 +76,6 @@ class Trajectory : public TrajectoryFolder {
       writer.write_frame(0.1 * f, views(positions), channels, series);
       EXPECT_EQ(writer.frames(), f + 1);
     }
-  }
-  static std::string message_of(const std::function<void()>& action) {
-    try {
-      action();
-    } catch (const FileError& error) {
-      return error.what();
-    }
-    return "no error";
-  }
-  static std::string contents(const std::string& file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream text;
-    text << stream.rdbuf();
-    return text.str();
   }
 };
 
@@ -599,36 +584,6 @@ TEST_F(Trajectory, HoldsEnergiesOfStepsOnRequest) {
   EXPECT_GT(H5Lexists(file, "/steps/step_size", H5P_DEFAULT), 0);
   EXPECT_EQ(H5Lexists(file, "/steps/energy_total", H5P_DEFAULT), 0);
   H5Fclose(file);
-}
-
-// A full disk cuts off what is appended. The sidecar then is as it was before.
-TEST_F(Trajectory, TheSidecarStaysWholeOnAFullDisk) {
-  XdmfSurface surface;
-  surface.name = "sheet";
-  surface.points = 4;
-  XdmfFile sidecar;
-  sidecar.begin("run.h5", {});
-  sidecar.create(path("run.xdmf"));
-  sidecar.append(sidecar.describe(0, {surface}));
-  const std::string before = contents(path("run.xdmf"));
-  const auto append_within = [&](std::size_t bytes) {
-    rlimit limit{};
-    getrlimit(RLIMIT_FSIZE, &limit);
-    const rlimit small{bytes, limit.rlim_max};
-    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-    setrlimit(RLIMIT_FSIZE, &small);
-    const std::string message = message_of([&] { sidecar.append(sidecar.describe(1, {surface})); });
-    setrlimit(RLIMIT_FSIZE, &limit);
-    std::signal(SIGXFSZ, handler);
-    return message;
-  };
-  for (const std::size_t more : {0, 1, 100}) {
-    const std::string message = append_within(before.size() + more);
-    EXPECT_NE(message.find("run.xdmf: cannot write: "), std::string::npos) << message;
-    EXPECT_EQ(contents(path("run.xdmf")), before) << more;
-  }
-  sidecar.append(sidecar.describe(1, {surface}));
-  EXPECT_GT(contents(path("run.xdmf")).size(), before.size());
 }
 
 }  // namespace
