@@ -24,7 +24,7 @@ constexpr double hopeless_part = 1e-12;
 constexpr double rounding_part = 16 * std::numeric_limits<double>::epsilon();
 // Pairs that are larger (m), or whose features are closer at the start, have no proof: products of
 // lengths could overflow or underflow.
-constexpr double largest_size = 1e100, smallest_distance = 1e-100;
+constexpr double largest_size = 1e75, smallest_distance = 1e-75;
 
 // The pair of features in the frame of its first point, which rests at the origin. Motion common to
 // all points then takes no queries. `size` (m) is the sum of the lengths of the pair and of its

@@ -14,7 +14,7 @@ namespace weft::bsi {
 // The starting gap is the distance at the start minus `minimum_separation`. A path that is not
 // proved safe is cut where at most a tenth of the starting gap is left. The search for a proof goes
 // on to 1e-12 of the starting gap, so a path that comes nearer may be cut without contact. The
-// result is 0 if a point is not finite, if the pair is larger than 1e100 m or closer than 1e-100 m.
+// result is 0 if a point is not finite, if the pair is larger than 1e75 m or closer than 1e-75 m.
 // It is also 0 if the starting gap is within the rounding error: about 1e-14 of the sum of the
 // pair's size and path lengths, and more for triangles and pairs of edges that are nearly
 // degenerate.

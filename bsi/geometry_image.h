@@ -128,7 +128,8 @@ struct Mesh {
   }
 };
 
-// Builds the mesh of an atlas. O(texels). Throws std::invalid_argument, naming a quad, if the image
+// Builds the mesh of an atlas. O(texels), and quadratic in the number of edges that meet at one
+// particle. Throws std::invalid_argument, naming a quad, if the image
 // is not an orientable surface. At most two triangles may share an edge, and they must traverse it
 // in opposite directions. A triangle must have three different particles.
 Mesh build_mesh(const Atlas& atlas);

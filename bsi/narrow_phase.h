@@ -88,8 +88,9 @@ void find_triangle_intersections(const TriangleSet& first, const TriangleSet& se
                                  NarrowPhaseCounters& counters);
 
 // Returns the squared distance (m^2) of two triangles. It is 0 if they have a common point, which
-// is decided exactly (coordinates as in exact_predicates.h). Otherwise it is the smallest of six
-// vertex-triangle and nine edge-edge distances, squared (proximity.h). Takes about 300 ns.
+// is decided exactly. Otherwise it is the smallest of six
+// vertex-triangle and nine edge-edge distances, squared. Precondition: points as in proximity.h.
+// Takes about 300 ns.
 double squared_triangle_distance(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b);
 
 }  // namespace weft::bsi

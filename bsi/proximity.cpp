@@ -28,7 +28,10 @@ inline OnEdge closest_on_edge(const Vec3& from_start, const Vec3& edge) {
   if (along <= 0) return {0, from_start};
   if (along >= squared_length) return {1, from_start - edge};
   const double parameter = along / squared_length;
-  return {parameter, from_start - parameter * edge};
+  const Vec3 separation = from_start - parameter * edge;
+  // Rounding leaves a part along the edge that does not shrink with the gap. Without it, the
+  // separation is perpendicular to the edge even if its length is nearly zero.
+  return {parameter, separation - (separation.dot(edge) / squared_length) * edge};
 }
 
 inline bool inside(double parameter) { return parameter > 0 && parameter < 1; }

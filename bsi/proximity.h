@@ -27,13 +27,16 @@ struct Closest {
   int free_directions = 0;
 };
 
+// Both functions need finite points whose differences are zero or between 1e-75 and 1e75 m in size.
+// Products of lengths would overflow or underflow otherwise, and distances be wrong.
+//
 // Returns the closest points of x0 and the triangle (x1, x2, x3). weight[0] is 1. A degenerate
-// triangle (sine of the corner at x1 below 1e-10) is treated as its three edges. Precondition:
-// finite points. No allocation; 20-30 ns.
+// triangle (sine of the corner at x1 below 1e-10) is treated as its three edges. No allocation;
+// 20-30 ns.
 Closest closest_vertex_triangle(const Vec3& x0, const Vec3& x1, const Vec3& x2, const Vec3& x3);
 // Returns the closest points of the edges (x0, x1) and (x2, x3). weight[0] + weight[1] is 1. On
 // parallel edges (sine below 1e-10) and degenerate ones, one closest point is an end of its edge.
-// At most one direction is then free. Precondition: finite points. No allocation; 20-30 ns.
+// At most one direction is then free. No allocation; 20-30 ns.
 Closest closest_edge_edge(const Vec3& x0, const Vec3& x1, const Vec3& x2, const Vec3& x3);
 
 }  // namespace weft::bsi

@@ -45,6 +45,7 @@ Box join(Box a, const Box& b) {
 
 Pyramid::Pyramid(const Atlas& atlas, const PyramidParts& parts) : atlas_(atlas), parts_(parts) {
   const int patches = static_cast<int>(atlas.patches().size());
+  if (patches == 0) throw std::invalid_argument("the atlas has no patches");
   for (int patch = 0; patch < patches; ++patch) add_patch(patch);
   for (int patch = 0; patch < patches; ++patch) add_strips(patch);
   // Kernels may read past the end of the last row.

@@ -63,13 +63,13 @@ struct PyramidParts {
 // Pyramids can be moved, not copied. Const members are safe to call from several threads at once.
 class Pyramid {
  public:
-  // Coordinates of at least this magnitude (m) count as not finite.
+  // Coordinates that are at least this large (m) after rounding to float32 count as not finite.
   static constexpr float coordinate_limit = 1e18F;
   // Largest number of quads along an axis of a patch.
   static constexpr int quad_limit = 1 << 17;
 
-  // Throws std::invalid_argument, naming the patch, if an axis has no quads, as in
-  // Atlas::of_points(), or more than quad_limit.
+  // Throws std::invalid_argument if the atlas has no patches or, naming the patch, if an axis has
+  // no quads, as in Atlas::of_points(), or more than quad_limit.
   explicit Pyramid(const Atlas& atlas, const PyramidParts& parts = {});
   Pyramid(Pyramid&&) = default;
   Pyramid& operator=(Pyramid&&) = default;

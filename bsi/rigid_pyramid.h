@@ -55,7 +55,8 @@ class RigidPyramid {
   std::span<const Vec3> positions() const { return positions_; }
   // Places the tree by one frame, or by the frames at the start and the end of a path. With two
   // frames, boxes bound every vertex at both ends and on the straight path between them. `placed`
-  // keeps pointers to data of this object.
+  // keeps pointers to data of this object. Preconditions: rotations are orthonormal to rounding,
+  // and the placed boxes stay within Pyramid::coordinate_limit.
   void place(std::span<const RigidFrame> ends, PlacedTree& placed) const;
 
  private:

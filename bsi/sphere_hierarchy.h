@@ -13,8 +13,8 @@ namespace weft::bsi {
 
 // A pyramid of boxes over spheres that are sorted along a Morton curve. A leaf block holds up to
 // `leaf_size` consecutive spheres, and every block above joins up to four consecutive blocks. The
-// boxes bound whole spheres in double precision and need no allowance for rounding beyond that of
-// the tests.
+// boxes bound whole spheres in double precision. Pairs whose distance differs from the margin by
+// rounding errors of the coordinates may be found or not.
 class SphereHierarchy {
  public:
   // Builds the hierarchy anew. `centres` (m) and `radii` (m, >= 0) have one entry per sphere and

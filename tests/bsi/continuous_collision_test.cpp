@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
@@ -137,6 +138,46 @@ TEST(ContinuousCollision, SlidingAtATinyGapIsFree) {
   end = start;
   end[0].x() = end[1].x() = 100;
   EXPECT_EQ(safe_fraction_edge_edge(start, end, 0), 1);
+}
+
+TEST(ContinuousCollision, HasNoProofBeyondTheRangeOfLengths) {
+  for (const double size : {1e74, 1e-74, 1e76, 1e-76}) {
+    const FourPoints start = {Vec3(0.3, 0.3, 0.5) * size, Vec3(0, 0, 0), Vec3(1, 0, 0) * size,
+                              Vec3(0, 1, 0) * size};
+    FourPoints end = start;
+    end[0].z() = size;
+    const bool is_within = size > 1e-75 && size < 1e75;
+    EXPECT_EQ(safe_fraction_vertex_triangle(start, end, 0), is_within ? 1 : 0) << size;
+  }
+}
+
+// The path leads straight away from the closest point, which lies on an edge or in a triangle. The
+// pair is 1 m large, and rounding errors of its coordinates are 1e-16 m.
+TEST(ContinuousCollision, LeavingATinyGapIsFree) {
+  std::mt19937 random(29);
+  std::uniform_real_distribution<double> share(0.2, 0.8), angle(0.1, 1.4);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 1000; ++trial) {
+    const Eigen::Quaterniond turn(normal(random), normal(random), normal(random), normal(random));
+    const Eigen::Matrix3d axes = turn.normalized().toRotationMatrix();
+    const double gap = std::pow(10.0, -6 - trial % 7), u = share(random), a = angle(random);
+    const Vec3 away(0, std::cos(a), std::sin(a)), beside = Vec3(u, 0, 0) + gap * away;
+    const auto expect_free =
+        [&](const FourPoints& at, int moving, const Vec3& along,
+            double (*safe_fraction)(const FourPoints&, const FourPoints&, double)) {
+          FourPoints start, end;
+          for (int i = 0; i < 4; ++i) {
+            start[i] = axes * at[i];
+            end[i] = axes * (at[i] + (i < moving ? 1.0 : 0.0) * along);
+          }
+          EXPECT_EQ(safe_fraction(start, end, 0), 1) << gap;
+        };
+    const Vec3 first(0, 0, 0), second(1, 0, 0), third(0.5, -0.9, 0);
+    expect_free({beside, first, second, third}, 1, away, safe_fraction_vertex_triangle);
+    expect_free({Vec3(u, -0.3 * u * (1 - u), gap), first, second, third}, 1, Vec3(0, 0, 1),
+                safe_fraction_vertex_triangle);
+    expect_free({beside, beside + Vec3(0, 1, 0), first, second}, 2, away, safe_fraction_edge_edge);
+  }
 }
 
 // Features rotate closely past each other, so the direction of the gap rotates all the way.

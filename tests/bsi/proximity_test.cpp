@@ -107,11 +107,25 @@ TEST(Proximity, KnownPairs) {
   EXPECT_EQ(found.free_directions, 0);
   found = closest_vertex_triangle({0.25, 0.25, 0}, a, b, c);
   EXPECT_EQ(found.squared_distance, 0);
+  found = closest_vertex_triangle({0.5, 0.5, 1}, a, b, c);
+  EXPECT_EQ(found.weight, (std::array<double, 4>{1, 0, -0.5, -0.5}));
+  EXPECT_EQ(found.free_directions, 1);
 
   found = closest_edge_edge({-1, 0, 0}, {1, 0, 0}, {0, -1, 3}, {0, 1, 3});
   EXPECT_EQ(found.separation, Vec3(0, 0, -3));
   EXPECT_EQ(found.weight, (std::array<double, 4>{0.5, 0.5, -0.5, -0.5}));
   EXPECT_EQ(found.free_directions, 2);
+}
+
+// The vertex is far closer to the interior than to any edge of a triangle that is nearly a line.
+TEST(Proximity, ThinTrianglesHaveAnInterior) {
+  for (const double height : {1e-7, 3e-8, 3e-9}) {
+    const double gap = 0.01 * height;
+    const Closest found =
+        closest_vertex_triangle({0.5, height / 3, gap}, {0, 0, 0}, {1, 0, 0}, {0.5, height, 0});
+    EXPECT_NEAR(std::sqrt(found.squared_distance), gap, 1e-6 * gap) << height;
+    EXPECT_EQ(found.free_directions, 2);
+  }
 }
 
 TEST(Proximity, ParallelEdgesHaveAtMostOneFreeDirection) {

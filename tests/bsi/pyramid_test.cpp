@@ -353,6 +353,10 @@ TEST(Pyramid, RefusesPoints) {
   }
 }
 
+TEST(Pyramid, RefusesAnAtlasWithoutPatches) {
+  EXPECT_THROW(Pyramid{Atlas()}, std::invalid_argument);
+}
+
 TEST(Pyramid, IsSmall) {
   constexpr std::size_t limit = 4'000'000;
   Pyramid pyramid(Atlas({{256, 256}}));

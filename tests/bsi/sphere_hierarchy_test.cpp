@@ -69,6 +69,9 @@ TEST(SphereHierarchy, ComparesFewSpheres) {
   std::int64_t tests = 0;
   hierarchy.near_pairs(0.001, tests);
   EXPECT_LT(tests, 20000 * 150);
+  const std::int64_t once = tests;
+  hierarchy.near_pairs(0.001, tests);
+  EXPECT_EQ(tests, 2 * once);
 }
 
 }  // namespace

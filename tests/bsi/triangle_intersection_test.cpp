@@ -168,12 +168,18 @@ TEST(TriangleIntersection, AgreesWithExactClipping) {
 // Two triangles without area are segments or points.
 TEST(TriangleIntersection, TrianglesWithoutArea) {
   const Triangle3 along = {{{0, 0, 0}, {4, 0, 0}, {2, 0, 0}}};
-  const auto kind = [&](const Triangle3& other) { return intersect_triangles(along, other).kind; };
+  const auto kind = [&](const Triangle3& other) {
+    const IntersectionKind found = intersect_triangles(along, other).kind;
+    EXPECT_EQ(triangles_meet(along, other), found != IntersectionKind::none);
+    EXPECT_EQ(triangles_meet(other, along), found != IntersectionKind::none);
+    return found;
+  };
   EXPECT_EQ(kind({{{1, 0, 0}, {9, 0, 0}, {3, 0, 0}}}), IntersectionKind::edge);
   EXPECT_EQ(kind({{{4, 0, 0}, {9, 0, 0}, {5, 0, 0}}}), IntersectionKind::point);
   EXPECT_EQ(kind({{{5, 0, 0}, {9, 0, 0}, {6, 0, 0}}}), IntersectionKind::none);
   EXPECT_EQ(kind({{{1, 1, 0}, {1, -1, 0}, {1, -1, 0}}}), IntersectionKind::point);
   EXPECT_EQ(kind({{{1, 1, 1}, {1, -1, 1}, {1, -1, 1}}}), IntersectionKind::none);
+  EXPECT_EQ(kind({{{0, 0, 0}, {0, 4, 0}, {0, 2, 0}}}), IntersectionKind::point);
   EXPECT_EQ(kind({{{3, 0, 0}, {3, 0, 0}, {3, 0, 0}}}), IntersectionKind::point);
   EXPECT_EQ(kind({{{3, 1, 0}, {3, 1, 0}, {3, 1, 0}}}), IntersectionKind::none);
 }
