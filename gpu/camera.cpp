@@ -77,10 +77,13 @@ Camera camera_for_points(std::span<const Vec3> points, double aspect) {
     highest = highest.cwiseMax(point);
   }
   const Vec3 centre = 0.5 * (lowest + highest);
-  constexpr double smallest = 1e-3;
-  if ((highest - lowest).maxCoeff() < smallest) {
-    const Vec3 half = Vec3::Constant(0.5 * smallest);
-    return camera_for_points(corners_of_box(centre - 1.001 * half, centre + 1.001 * half), aspect);
+  // An extent of a millionth of the coordinates may be the rounding of float32 alone. The points
+  // are then drawn as one point, with room around it.
+  constexpr double rounding = 1e-6, room = 1e-3;
+  const double farthest = std::max(lowest.cwiseAbs().maxCoeff(), highest.cwiseAbs().maxCoeff());
+  if ((highest - lowest).maxCoeff() <= rounding * farthest || lowest == highest) {
+    const Vec3 half = Vec3::Constant(std::max(0.5 * room, rounding * farthest));
+    return camera_for_points(corners_of_box(centre - half, centre + half), aspect);
   }
 
   Camera camera;

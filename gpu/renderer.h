@@ -67,8 +67,9 @@ struct Camera {
 
 // Returns a camera that sees all points from a three-quarter view, a little above. The points are
 // in the middle of the picture. The camera is as near as a margin of about a twentieth of the
-// picture on each side allows. `aspect` is width / height. Points less than 1 mm apart are treated
-// as a box of 1 mm. O(points). Preconditions: at least one point, all finite.
+// picture on each side allows. `aspect` is width / height. Points no farther apart than a
+// millionth of their coordinates are treated as a box, of 1 mm or twice that millionth. O(points).
+// Preconditions: at least one point, all finite.
 Camera camera_for_points(std::span<const Vec3> points, double aspect);
 // Returns the camera of camera_for_points() for the corners of a box. Precondition: lowest <=
 // highest.

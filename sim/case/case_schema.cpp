@@ -498,11 +498,13 @@ Table describe(BodyCase& target) {
       field("velocity", &velocity, "m/s", any, "Velocity at the start."),
       field("angular_velocity_deg", &angular_velocity, "degrees/s", any,
             "Angular velocity at the start, about the body's centre of mass: axis times rate."),
-      field("thickness", &thickness, "m", not_negative,
-            "Thickness in contact: two surfaces stay farther apart than the mean of theirs. In "
-            "meshes finer than thickness + contact.range, parts of one body closer than pi/2 "
-            "thickness + contact.range along its surface at rest are not in contact, but never "
-            "cross.")
+      field(
+          "thickness", &thickness, "m", not_negative,
+          "Thickness in contact: two surfaces stay farther apart than the mean of theirs. In "
+          "meshes finer than thickness + contact.range, parts of one body closer than pi/2 "
+          "thickness + contact.range along its surface at rest are not in contact, but never "
+          "cross. That of a shell, given or not, grows by twice the farthest distance of its rest "
+          "surface from the triangles of contact.")
           .with_default("1e-3; of a shell its shell_thickness"),
       field("warp_angle_deg", &warp_angle, "degrees", any,
             "Of woven cloth: angle of the warp to the rows of the image, towards its columns. The "

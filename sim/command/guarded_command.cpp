@@ -29,6 +29,12 @@ std::string describe_end(const std::string& path, bool draws, int signal) {
          "); weft info says whether the file is damaged";
 }
 
+// Ends this process by the signal, so that a shell sees the end that the process which prints had.
+void end_by(int signal) {
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
 // Returns the CPU time limit (s) for reading a file. The limit grows with the file's size, because
 // a command may read the whole file.
 double limit_of(const std::string& path) {
@@ -75,6 +81,7 @@ int run_guarded(const GuardedCommand& command) {
       command.is_long ? std::nullopt : std::optional(limit_of(command.path));
   const ProcessEnd end = run_in_process([&] { return deliver(command.run()); }, {}, limit);
   if (end.signal == 0) return end.code;
+  if (end.signal == SIGPIPE) end_by(SIGPIPE);
   const std::string reason = describe_end(command.path, command.draws, end.signal);
   complain(reason);
   if (command.json) std::cout << refusal_json(exit_code::input_output, reason) << '\n';

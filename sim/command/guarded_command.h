@@ -24,7 +24,8 @@ struct GuardedCommand {
 };
 // Runs the command in a separate process (sim/base/reading_process.h) and returns its exit code. If
 // a signal ends the process, prints a message that names the file and returns
-// exit_code::input_output.
+// exit_code::input_output. After SIGPIPE, which says nothing about the file, this process ends by
+// that signal, too.
 int run_guarded(const GuardedCommand& command);
 
 // Calls run(title) and returns its exit code. `run` sets `title` once it has read the case. For a

@@ -86,9 +86,8 @@ int show_info(const std::string& path, bool crossings, bool json) {
 
 // Prints outputs of a trajectory: those that `texts` give or, without any, those of its case.
 int show_outputs(const std::string& path, const std::vector<std::string>& texts, bool json) {
-  std::vector<OutputExpression> outputs;
   try {
-    for (const std::string& text : texts) outputs.push_back(output_of(text));
+    std::vector<OutputExpression> outputs = outputs_of(texts);
     const TrajectoryReader reader(path);
     if (texts.empty()) outputs = recorded_outputs(reader, path);
     if (outputs.empty()) {

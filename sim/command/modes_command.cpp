@@ -17,6 +17,7 @@
 #include "sim/modes/mode_trajectory.h"
 #include "sim/modes/vibration_modes.h"
 #include "sim/run/restart.h"
+#include "sim/trajectory/xdmf_file.h"
 
 namespace weft::sim {
 
@@ -67,6 +68,8 @@ class Analysis {
   void write(const std::vector<RecordedMode>& modes,
              const std::vector<TrajectoryWriter::Series>& series) {
     if (path_.empty() || report_.failure) return;
+    if (const std::string notice = no_sidecar_notice(path_); !notice.empty())
+      complain("weft: " + notice);
     Bill bill;
     bill.total = bill.run = command_.run.started.elapsed();
     write_modes(*equilibrium_, modes, {path_, command_.run.force, command_.frames_per_mode, series},

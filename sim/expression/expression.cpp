@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <utility>
 
 #include "sim/case/case_text.h"
 
@@ -26,6 +27,17 @@ double most_of(const double* values, int count) {
   return *std::max_element(values, values + count);
 }
 
+double not_of(double value) { return value == 0 ? 1 : 0; }
+
+// Defines the operators before a value: ! and, because muParser takes only one such operator, those
+// that join_signs() makes of several.
+void define_signs(mu::Parser& parser) {
+  parser.DefineInfixOprt("!", not_of);
+  parser.DefineInfixOprt("!!", [](double value) { return not_of(not_of(value)); });
+  parser.DefineInfixOprt("-!", [](double value) { return -not_of(value); });
+  parser.DefineInfixOprt("-!!", [](double value) { return -not_of(not_of(value)); });
+}
+
 void define_functions(mu::Parser& parser) {
   using One = double (*)(double);
   using Two = double (*)(double, double);
@@ -39,7 +51,34 @@ void define_functions(mu::Parser& parser) {
   parser.DefineFun("atan2", static_cast<Two>(std::atan2));
   parser.DefineFun("min", least_of);
   parser.DefineFun("max", most_of);
-  parser.DefineInfixOprt("!", [](double value) { return value == 0 ? 1.0 : 0.0; });
+  define_signs(parser);
+}
+
+// Returns the operator that equals `sign` (+, - or !) before `following`, which is empty or an
+// operator that this function returned. All have the same precedence.
+std::string joined_sign(const std::string& sign, const std::string& following) {
+  const bool negates = following.starts_with('-');
+  if (sign == "+") return following;
+  if (sign == "-") return negates ? following.substr(1) : '-' + following;
+  return following.substr(negates ? 1 : 0) == "!" ? "!!" : "!";
+}
+
+// Joins the operators that stand before the same value. The first token of each such row gets the
+// result, the others become empty.
+void join_signs(std::vector<Token>& tokens) {
+  const auto follows_value = [&](std::size_t i) {
+    using enum Token::Kind;
+    const Token::Kind before = i == 0 ? open : tokens[i - 1].kind;
+    return before != open && before != comma && before != operation;
+  };
+  // From the last to the first, because a token's operator is joined with that behind it.
+  for (std::size_t i = tokens.size() - 1; i-- > 0;) {
+    Token& token = tokens[i];
+    if (token.kind != Token::Kind::operation || follows_value(i)) continue;
+    Token& next = tokens[i + 1];
+    const bool is_row = next.kind == Token::Kind::operation;
+    token.text = joined_sign(token.text, is_row ? std::exchange(next.text, "") : "");
+  }
 }
 
 bool tests_equality(const Token& token) {
@@ -193,6 +232,7 @@ Expression::Expression(const LocatedText& text, std::vector<Token> tokens,
   define_functions(parser);
   for (const int variable : used_)
     parser.DefineVar(Translation::short_name(variable), &evaluator_->values[variable]);
+  join_signs(tokens);
   std::string translated;
   std::vector<std::size_t> starts;  // by token: its place in `translated`
   for (const Token& token : tokens) {

@@ -66,6 +66,19 @@ OutputExpression output_of(const std::string& text) {
   return {name, {without_spaces(text.substr(equals + 1)), {"output " + name}}};
 }
 
+std::vector<OutputExpression> outputs_of(const std::vector<std::string>& texts) {
+  std::vector<OutputExpression> outputs;
+  for (const std::string& text : texts) {
+    OutputExpression output = output_of(text);
+    if (std::ranges::find(outputs, output.name, &OutputExpression::name) != outputs.end()) {
+      throw CaseError({text}, in_quotes(output.name) + " is given twice",
+                      "expected a name of its own for each output");
+    }
+    outputs.push_back(std::move(output));
+  }
+  return outputs;
+}
+
 std::string to_text(const OutputValues& outputs) {
   std::size_t width = 0;
   for (const auto& [name, value] : outputs) width = std::max(width, name.size());

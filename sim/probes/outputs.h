@@ -30,6 +30,8 @@ std::vector<OutputExpression> recorded_outputs(const TrajectoryReader& reader,
 // Reads an output from a text `NAME = EXPRESSION`. Throws CaseError without "=" or for a name of
 // other characters than letters, digits, _ and -.
 OutputExpression output_of(const std::string& text);
+// Reads several outputs. Throws CaseError as output_of(), and for a name that is given twice.
+std::vector<OutputExpression> outputs_of(const std::vector<std::string>& texts);
 
 // Returns the outputs as lines `NAME VALUE`, and as one JSON object with null for what is no finite
 // number.

@@ -28,6 +28,7 @@
 #include "sim/simulation/cpu_limit.h"
 #include "sim/simulation/simulation.h"
 #include "sim/trajectory/frame_recorder.h"
+#include "sim/trajectory/xdmf_file.h"
 
 namespace weft::sim {
 
@@ -90,6 +91,7 @@ class Run final : private StepObserver {
     say(long_step_notice(scene_.source.time));
     say(late_pins_notice(scene_.source));
     say(rounding_notice(scene_));
+    say(no_sidecar_notice(options_.trajectory));
     report_.compute = simulation_.compute();
     if (!report_.compute.empty()) say("contact search on " + report_.compute);
     say(simulation_.decision());

@@ -6,8 +6,10 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <sstream>
 
+#include "sim/case/case_text.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
@@ -38,22 +40,33 @@ std::string escape(const std::string& text) {
   return result;
 }
 
+bool is_xml_text(const std::string& name) { return printable(name) == name; }
+
 [[noreturn]] void fail(const std::string& path) {
   throw FileError(path + ": cannot write: " + std::strerror(errno));
 }
 
 }  // namespace
 
+std::string no_sidecar_notice(const std::string& trajectory) {
+  const std::string name = std::filesystem::path(trajectory).filename().string();
+  if (is_xml_text(name)) return "";
+  return "no .xdmf is written: XML cannot hold the name " + in_quotes(name) +
+         ", which is not UTF-8 or has control characters";
+}
+
 XdmfFile::~XdmfFile() {
   if (descriptor_ >= 0) close(descriptor_);
 }
 
 void XdmfFile::begin(const std::string& trajectory, const std::vector<XdmfSurface>& at_rest) {
+  has_name_ = is_xml_text(trajectory);
   trajectory_ = escape(trajectory);
   for (const XdmfSurface& surface : at_rest) at_rest_ += text_of(surface);
 }
 
 void XdmfFile::create(const std::string& path) {
+  if (!has_name_) return;
   path_ = path;
   const std::string temporary = path + "." + std::to_string(getpid()) + ".tmp";
   descriptor_ = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
@@ -115,6 +128,7 @@ std::string XdmfFile::describe(double time, const std::vector<XdmfSurface>& movi
 }
 
 void XdmfFile::append(const std::string& frames) {
+  if (!has_name_) return;
   if (!write_at(end_, frames + closing_tags)) {
     // The former closing tags take no new room, so a full disk has it for them.
     const int error = errno;

@@ -7,6 +7,10 @@
 
 namespace weft::sim {
 
+// Returns a notice if the trajectory has no sidecar, because XML cannot hold its name: bytes that
+// are not UTF-8, or control characters. Returns an empty string for other names.
+std::string no_sidecar_notice(const std::string& trajectory);
+
 // An attribute of a surface: numbers or vectors at its points.
 struct XdmfAttribute {
   std::string name;
@@ -38,7 +42,8 @@ class XdmfFile {
   ~XdmfFile();
 
   // Must be called first. `trajectory` is the name of the HDF5 file in the folder of the sidecar.
-  // `at_rest` lists the surfaces that do not move.
+  // `at_rest` lists the surfaces that do not move. If XML cannot hold the name, create() and
+  // append() do nothing.
   void begin(const std::string& trajectory, const std::vector<XdmfSurface>& at_rest);
   // Creates the sidecar without frames, and replaces any file at `path`. Throws FileError.
   void create(const std::string& path);
@@ -55,7 +60,8 @@ class XdmfFile {
   bool write_at(long offset, const std::string& text) const;
 
   std::string path_;
-  std::string trajectory_;
+  std::string trajectory_;  // escaped for XML
+  bool has_name_ = true;    // false if XML cannot hold the trajectory's name
   int descriptor_ = -1;
   std::string at_rest_;    // text of the next frame about surfaces that do not move
   bool includes_ = false;  // true if at_rest_ includes the first frame's surfaces by XInclude

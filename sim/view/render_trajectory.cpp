@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gpu/renderer.h"
+#include "sim/base/output_folder.h"
 #include "sim/case/case_error.h"
 #include "sim/case/case_tree.h"
 #include "sim/trajectory/leftover_files.h"
@@ -248,7 +249,7 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
   // The renderer is made before the positions of all frames are read for the camera. A renderer
   // that cannot be made is thus reported at once.
   gpu::Renderer renderer(scene_width, options.height);
-  std::filesystem::create_directories(directory);
+  in_output_folder(picture_path(directory, frames.front()));
   const Extent extent = extent_to_see(reader, frames, options.spheres_of_level, bodies);
   const gpu::Camera camera =
       gpu::camera_for_points(extent.points(), static_cast<double>(scene_width) / options.height);

@@ -14,6 +14,7 @@
 #include "sim/contact/pair_friction.h"
 #include "sim/forces/force.h"
 #include "sim/particles/enclosing_obstacles.h"
+#include "sim/scene/recorded_bodies.h"
 #include "sim/scene/scene_curves.h"
 #include "sim/view/output_description.h"
 
@@ -405,6 +406,16 @@ void describe_memory(const Scene& scene, std::ostream& out) {
       << memory_text(memory_limit(scene.source)) << '\n';
 }
 
+// Returns the bodies that the case records and that do not move.
+std::vector<const SceneBody*> recorded_at_rest(const Scene& scene) {
+  std::vector<const SceneBody*> bodies;
+  for (const RecordedBody& recorded : recorded_bodies(scene)) {
+    const SceneBody& body = scene.bodies[recorded.body];
+    if (!body.moves) bodies.push_back(&body);
+  }
+  return bodies;
+}
+
 }  // namespace
 
 std::string describe_scene(const Scene& scene) {
@@ -432,9 +443,9 @@ std::string describe_scene(const Scene& scene) {
                                        : ": as many as pay\n");
   describe_memory(scene, out);
   describe_output(scene, out);
-  describe_each(bodies_that(scene, [](const SceneBody& body) { return !body.moves; }),
-                "skipped frames of", "it does not move and is written once",
-                "they do not move and are written once", out);
+  describe_each(recorded_at_rest(scene), "skipped frames of",
+                "it does not move and is written once", "they do not move and are written once",
+                out);
   return out.str();
 }
 

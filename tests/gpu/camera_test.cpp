@@ -60,6 +60,20 @@ TEST(Camera, SeesAllPointsAsLargeAsTheMarginAllows) {
   }
 }
 
+// A sheet fills its picture whatever its size, as long as float32 tells its ends apart.
+TEST(Camera, SeesScenesOfAnySizeAlike) {
+  for (const double size : {1e-9, 1e-5, 1.0, 1e4, 1e9}) {
+    for (const double shift : {0.0, 1e5}) {
+      std::vector<Vec3> corners;
+      for (const double x : {0.0, 1.0}) {
+        for (const double y : {0.0, 1.0}) corners.push_back(size * Vec3(shift + x, y, 0));
+      }
+      const Frame frame = seen(camera_for_points(corners, 1.5), 1.5, corners);
+      EXPECT_NEAR(std::max(frame.right, frame.top), 1 / 1.1, 1e-6) << size << ' ' << shift;
+    }
+  }
+}
+
 TEST(Camera, LooksFromAboveAndSeesABoxWhole) {
   const Camera camera = camera_for_box({0, 0, 0}, {3, 2, 1}, 1.5);
   EXPECT_GT(camera.eye.z(), 1);
@@ -81,6 +95,17 @@ TEST(Camera, HasRoomAroundASinglePoint) {
   EXPECT_NEAR((camera.target - point).norm(), 0, 1e-3);
   EXPECT_GT((camera.eye - point).norm(), 1e-4);
   EXPECT_LT((camera.eye - point).norm(), 1e-2);
+}
+
+// Points that only the rounding of float32 keeps apart are one point.
+TEST(Camera, HasRoomAroundAPointFarAway) {
+  for (const double place : {1.0, 1e5, 1e12}) {
+    const std::array points{Vec3(place, 0, 0), Vec3(place * (1 + 1e-7), 0, 0)};
+    const Camera camera = camera_for_points(points, 1.0);
+    ASSERT_TRUE(camera.eye.allFinite());
+    const Frame frame = seen(camera, 1.0, points);
+    EXPECT_LT(frame.right - frame.left, 0.5) << place;
+  }
 }
 
 // The rows and columns of one patch that get a line.

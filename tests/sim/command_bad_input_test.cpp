@@ -359,6 +359,23 @@ TEST_F(CommandBadInput, TakesFilesOfOddNames) {
   expect_case_refused({name}, "\\x1e.toml:1:9: \"title\" is a whole number\n");
 }
 
+// The sidecar would not be XML.
+TEST_F(CommandBadInput, WritesNoSidecarOfANameThatXmlCannotHold) {
+  for (const std::string& name : {std::string("caf\xe9"), std::string("a\x01")}) {
+    write(name + ".toml", sheet_case);
+    const Result run = weft({"run", name + ".toml", "--quiet", "--set", "time.duration=0.01"});
+    EXPECT_EQ(run.code, exit_code::done) << run.err;
+    EXPECT_NE(run.err.find("no .xdmf is written: XML cannot hold the name"), std::string::npos)
+        << run.err;
+    EXPECT_TRUE(exists("out/" + name + ".h5"));
+    EXPECT_FALSE(exists("out/" + name + ".xdmf"));
+  }
+  write("caf\xc3\xa9.toml", sheet_case);
+  EXPECT_EQ(weft({"run", "caf\xc3\xa9.toml", "--quiet", "--set", "time.duration=0.01"}).code,
+            exit_code::done);
+  EXPECT_TRUE(exists("out/caf\xc3\xa9.xdmf"));
+}
+
 // A comparison of two such names would take 80 GB of memory.
 TEST_F(CommandBadInput, RefusesLongNamesOfWhatIsNotThere) {
   const std::string name(100'000, 'm');

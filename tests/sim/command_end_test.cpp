@@ -1,6 +1,7 @@
 // The exit code, --json and the file report how a command ends.
 #include <fcntl.h>
 
+#include <array>
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -245,6 +246,27 @@ TEST_F(CommandEnd, ASecondSignalEndsTheRunAtOnceWhicheverItIs) {
   run.send(SIGCONT);
   EXPECT_LT(run.wait(), 0) << run.out();  // a signal ended it
   EXPECT_EQ(run.out(), "");
+}
+
+// `weft info FILE | head -1` ends like any other command of a pipe, and calls no file damaged.
+TEST_F(CommandEnd, ACommandThatReadsAFileEndsWithItsPipe) {
+  ASSERT_EQ(weft({"run", "sheet.toml", "--quiet"}).code, exit_code::done);
+  const auto close_reader = [] {
+    std::signal(SIGPIPE, SIG_DFL);
+    std::array<int, 2> ends{};
+    if (pipe(ends.data()) != 0) _exit(125);
+    dup2(ends[1], STDOUT_FILENO);
+    close(ends[0]);
+    close(ends[1]);
+  };
+  for (const WeftProcess::Arguments& arguments :
+       {WeftProcess::Arguments{"info", "out/sheet.h5"},
+        {"info", "out/sheet.h5", "--json"},
+        {"outputs", "out/sheet.h5", "last = last(time)"}}) {
+    const Result result = weft(arguments, close_reader);
+    EXPECT_EQ(result.code, -SIGPIPE) << arguments[0];
+    EXPECT_EQ(result.err, "") << arguments[0];
+  }
 }
 
 // The help of --set shows one override, and --set takes exactly one.

@@ -190,6 +190,18 @@ TEST_F(Command, CheckSaysWhatACaseNeedsAndSkips) {
   EXPECT_FALSE(exists("out"));
 }
 
+TEST_F(Command, CheckSaysWhichRecordedBodiesAreWrittenOnce) {
+  write("sheets.toml", crossed_case);
+  const std::string once = ": it does not move and is written once";
+  const std::string held = "body.flat.pin=[{rows=[0, -1]}]";
+  const Result all = weft({"check", "sheets.toml", "--set", held});
+  EXPECT_TRUE(contains(all.out, "skipped frames of flat" + once)) << all.out << all.err;
+  const Result one =
+      weft({"check", "sheets.toml", "--set", held, "--set", "output.bodies=['upright']"});
+  EXPECT_EQ(one.code, exit_code::done) << one.err;
+  EXPECT_FALSE(contains(one.out, once)) << one.out;
+}
+
 TEST_F(Command, InfoSummarisesATrajectory) {
   write("sheet.toml", sheet_case);
   ASSERT_EQ(weft({"run", "sheet.toml", "--quiet"}).code, exit_code::done);

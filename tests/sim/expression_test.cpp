@@ -57,6 +57,24 @@ TEST(Expression, JoinsConditions) {
   EXPECT_FALSE(nothing.holds({}));
 }
 
+TEST(Expression, TakesSeveralSignsBeforeAValue) {
+  EXPECT_EQ(value_of("--3"), 3);
+  EXPECT_EQ(value_of("1 - - -3"), -2);
+  EXPECT_EQ(value_of("-+-2 ^ 2"), 4);
+  EXPECT_EQ(value_of("2 ^ --3 * +-(1)"), -8);
+  EXPECT_EQ(value_of("!-1"), 0);
+  EXPECT_EQ(value_of("!!7"), 1);
+  EXPECT_EQ(value_of("!!!(7)"), 0);
+  EXPECT_EQ(value_of("2 - !0"), 1);
+  EXPECT_EQ(value_of("-!0 + 5"), 4);
+  EXPECT_EQ(value_of("-!!3 * 2"), -2);
+  EXPECT_EQ(value_of("--!!-!0"), 1);
+  EXPECT_EQ(value_of("max(--1, -!1) < 2 && !!-2 ? --5 : !6"), 5);
+  const Expression expression({"!!contact.friction == 1 && --'body.my-sheet.x' < 2", {}}, factors);
+  EXPECT_TRUE(expression.holds(std::vector<double>{0.3, 0, 0, 1}));
+  EXPECT_FALSE(expression.holds(std::vector<double>{0, 0, 0, 1}));
+}
+
 TEST(Expression, ReadsVariables) {
   const std::string rule = "contact.friction > 0.2 && 'body.my-sheet.x' < material.cotton.density";
   const Expression expression({rule, {}}, factors);

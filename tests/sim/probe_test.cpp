@@ -257,6 +257,17 @@ TEST_F(ProbedTrajectory, ReadsOutputsFromTexts) {
   }
 }
 
+TEST_F(ProbedTrajectory, RefusesANameOfTwoOutputs) {
+  EXPECT_EQ(outputs_of({"a = 1", "b = 2"}).at(1).name, "b");
+  try {
+    outputs_of({"a = 1", "b = 2", " a=3"});
+    FAIL();
+  } catch (const CaseError& error) {
+    EXPECT_STREQ(error.what(),
+                 " a=3: \"a\" is given twice\n  expected a name of its own for each output");
+  }
+}
+
 TEST_F(ProbedTrajectory, HasNoTimesOfARunThatHasNotEnded) {
   TrajectoryWriter writer(path("going.h5"), {make_body("a", {{.rows = 2, .cols = 2}})}, {}, {},
                           {{}});

@@ -513,6 +513,17 @@ TEST_F(RenderTrajectory, RefusesWhatCannotBeDrawn) {
                std::runtime_error);
 }
 
+TEST_F(RenderTrajectory, SaysWhichFolderCannotBeMade) {
+  folder_.write("file", "");
+  const std::string file = folder_.path("file");
+  try {
+    render_trajectory(write_trajectory(1), file, small_pictures());
+    ADD_FAILURE();
+  } catch (const FileError& error) {
+    EXPECT_EQ(error.what(), file + ": cannot create: Not a directory");
+  }
+}
+
 TEST_F(RenderTrajectory, NamesTheBodyThatIsNotFinite) {
   const std::string path = write_trajectory(3, std::numeric_limits<double>::infinity());
   try {
