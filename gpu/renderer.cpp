@@ -23,6 +23,17 @@ constexpr int key_shadow_size = 1024;
 // than this fraction of the distance from the eye to the target.
 constexpr double nearest_share = 1e-3;
 
+void refuse_without_view(const Camera& camera) {
+  const double distance = (camera.eye - camera.target).norm();
+  const bool has_direction = distance > 0 && std::isfinite(distance);
+  const bool has_up = camera.up.norm() > 0 && camera.up.allFinite();
+  if (!has_direction || !has_up ||
+      !(camera.field_of_view_deg > 0 && camera.field_of_view_deg < 180))
+    throw std::invalid_argument(
+        "a camera needs an eye away from its target, an upward direction, and a field of view "
+        "between 0 and 180 degrees");
+}
+
 }  // namespace
 
 ViewFrame look_along(const Vec3& backward, const Vec3& up) {
@@ -60,6 +71,7 @@ Renderer::~Renderer() = default;
 
 Picture Renderer::draw(std::span<const DrawnSurface> surfaces, const Camera& camera) {
   auto& [width, height, batch, geometry, key_shadow, srgb] = *implementation_;
+  refuse_without_view(camera);
   const Vec3 up = camera.up.normalized();
   const ViewFrame frame = look_along(camera.eye - camera.target, up);
   const double slope = std::tan(camera.field_of_view_deg * std::numbers::pi / 360);

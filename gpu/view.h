@@ -13,7 +13,7 @@ struct ViewFrame {
 };
 
 // Returns the frame of a camera that looks in the direction opposite to `backward`. `up` may be any
-// direction, even parallel to `backward`.
+// direction, even parallel to `backward`. Precondition: neither is zero.
 ViewFrame look_along(const Vec3& backward, const Vec3& up);
 
 // The perspective of a camera. Positions are relative to the camera's target. Pixels are counted

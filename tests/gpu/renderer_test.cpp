@@ -84,6 +84,18 @@ TEST(Renderer, NeedsNoOpenGl) {
   EXPECT_EXIT(draw_and_exit(), testing::ExitedWithCode(0), "");
 }
 
+TEST(Renderer, RefusesCamerasWithoutAView) {
+  Renderer renderer(8, 8);
+  Camera inside, lying, blind, wide;
+  inside.eye = inside.target;
+  lying.up.setZero();
+  blind.field_of_view_deg = 0;
+  wide.field_of_view_deg = 180;
+  for (const Camera& camera : {inside, lying, blind, wide})
+    EXPECT_THROW(renderer.draw({}, camera), std::invalid_argument);
+  EXPECT_NO_THROW(renderer.draw({}, Camera()));
+}
+
 TEST(Renderer, CoversThePixelsOfATriangle) {
   constexpr int size = 64;
   const std::array<Vec3, 3> corners{Vec3(-0.8, -0.7, 0), Vec3(0.9, -0.2, 0), Vec3(-0.1, 0.85, 0)};
