@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
@@ -175,13 +176,25 @@ class SeamBuilder {
     return sum;
   }
 
+  // Two parts of an edge that begin or end at the same vertex are the sides of a dart: they close
+  // from that vertex on. Returns whether one of them is then reversed, or nothing for other sides.
+  static std::optional<bool> reversed_in_dart(const SewnBorder& one, const SewnBorder& other) {
+    if (one.is_closed || one.body != other.body) return std::nullopt;
+    const auto &mine = one.vertices, &others = other.vertices;
+    const bool goes_along = mine.front() == others.front() || mine.back() == others.back();
+    const bool is_reversed = mine.front() == others.back() || mine.back() == others.front();
+    return goes_along == is_reversed ? std::nullopt : std::optional(is_reversed);
+  }
+
   // Chooses the direction, and on closed edges the vertex to begin with, so that the sides lie
-  // closest at the start.
+  // closest at the start. The sides of a dart have only one direction.
   Matching matching_of(const SewnBorder& one, const SewnBorder& other) const {
+    const std::optional<bool> direction = reversed_in_dart(one, other);
     Matching best;
     double least = std::numeric_limits<double>::infinity();
     const std::size_t offsets = one.is_closed ? other.vertices.size() : 1;
     for (const bool is_reversed : {false, true}) {
+      if (is_reversed != direction.value_or(is_reversed)) continue;
       for (std::size_t i = 0; i < offsets; ++i) {
         const Matching matching{one.is_closed, is_reversed, other.fractions[i]};
         const double sum = openings(one, other, matching);

@@ -170,6 +170,31 @@ TEST(SeamGeometry, JoinsVerticesThatHangBetweenTheSameOnes) {
   EXPECT_EQ(pairs, 2 * 6);
 }
 
+// By distance alone, both halves of the edge would be joined by a translation, and rolled up.
+TEST(SeamGeometry, ClosesADartFromTheVertexThatItsSidesShare) {
+  for (const std::string ranges :
+       {"range = [0, 4]\nto_range = [4, 8]\n", "range = [4, 8]\nto_range = [0, 4]\n"}) {
+    const auto scene = build_scene(parse_case(std::string(setting) + R"(
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [5, 9] }
+[[seam]]
+body = "sheet"
+edge = "first_row"
+to = "sheet"
+to_edge = "first_row"
+closing_time = 0.1
+)" + ranges,
+                                              "test.toml"));
+    const std::vector<Stitch>& stitches = scene->seams[0].stitches;
+    ASSERT_EQ(stitches.size(), 4);
+    for (const Stitch& stitch : stitches) {
+      EXPECT_EQ(stitch.nodes[0], 8 - stitch.vertex);
+      EXPECT_EQ(stitch.nodes[1], 8 - stitch.vertex);
+    }
+  }
+}
+
 // Pieces that a seam still draws together do not fall asleep, however slowly it does.
 TEST(SeamGeometry, KeepsPiecesAwakeUntilItIsClosed) {
   const std::string text = std::string(setting) + R"(
