@@ -73,6 +73,30 @@ Neighbourhoods::Neighbourhoods(const Mesh& mesh, std::span<const Vec3> rest, dou
   }
 }
 
+Neighbourhoods::Neighbourhoods(const Mesh& mesh, int vertex_count,
+                               std::span<const std::vector<int>> triangles)
+    : mesh_(mesh), squared_radius_(0) {
+  list_triangles(vertex_count);
+  Flood flood(0);
+  run_start_.push_back(0);
+  for (const std::vector<int>& of_vertex : triangles) {
+    flood.triangles = of_vertex;
+    flood.append_runs();
+    run_start_.push_back(static_cast<int>(flood.runs.size()));
+  }
+  runs_ = flood.runs;
+}
+
+std::vector<int> Neighbourhoods::triangles(int vertex) const {
+  const std::span<const int> ring = triangles_of(vertex);
+  if (are_rings()) return {ring.begin(), ring.end()};
+  std::vector<int> all;
+  for (int r = run_start_[vertex]; r < run_start_[vertex + 1]; ++r) {
+    for (int t = runs_[r].first; t <= runs_[r].last; ++t) all.push_back(t);
+  }
+  return all;
+}
+
 void Neighbourhoods::list_triangles(int vertex_count) {
   triangle_start_.assign(vertex_count + 1, 0);
   for (const auto& corners : mesh_.triangles)
@@ -129,14 +153,14 @@ bool Neighbourhoods::touches(int vertex, int other) const {
   return std::ranges::any_of(triangles_of(other), [&](int t) { return contains(vertex, t); });
 }
 
-bool Neighbourhoods::holds(int vertex, const Edge& edge) const {
+bool Neighbourhoods::contains_edge(int vertex, const Edge& edge) const {
   return contains(vertex, edge.triangle[0]) &&
          (edge.triangle[1] < 0 || contains(vertex, edge.triangle[1]));
 }
 
 bool Neighbourhoods::are_neighbours(const Edge& one, const Edge& other) const {
-  return holds(one.vertex[0], other) || holds(one.vertex[1], other) ||
-         holds(other.vertex[0], one) || holds(other.vertex[1], one);
+  return contains_edge(one.vertex[0], other) || contains_edge(one.vertex[1], other) ||
+         contains_edge(other.vertex[0], one) || contains_edge(other.vertex[1], one);
 }
 
 }  // namespace weft::bsi

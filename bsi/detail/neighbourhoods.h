@@ -27,6 +27,9 @@ class Neighbourhoods {
   // >= 0, m. O(triangles in all neighbourhoods) time. A neighbourhood is stored in runs of
   // consecutive triangles, about two per row of the image that it meets.
   Neighbourhoods(const Mesh& mesh, std::span<const Vec3> rest, double radius, int threads = 1);
+  // Stores neighbourhoods that are given by their triangles, by vertex. The vertices may belong to
+  // another surface. The mesh, of `vertex_count` vertices, must outlive the object.
+  Neighbourhoods(const Mesh& mesh, int vertex_count, std::span<const std::vector<int>> triangles);
 
   // True if every neighbourhood consists of the triangles with the vertex itself. Nothing is stored
   // then, and the functions below return false for features without a common vertex.
@@ -35,6 +38,10 @@ class Neighbourhoods {
   bool contains(int vertex, int triangle) const;
   // True if both triangles of the quad do.
   bool contains_quad(int vertex, int quad) const;
+  // True if every triangle of the edge does.
+  bool contains_edge(int vertex, const Edge& edge) const;
+  // Returns the triangles of the neighbourhood, sorted.
+  std::vector<int> triangles(int vertex) const;
   // True if a triangle with the vertex `other` belongs to the neighbourhood of `vertex`.
   bool touches(int vertex, int other) const;
   // True if one edge has an end whose neighbourhood contains every triangle of the other edge. The
@@ -55,7 +62,6 @@ class Neighbourhoods {
   void list_triangles(int vertex_count);
   bool collect(int vertex, std::span<const Vec3> rest, Flood& flood) const;
   bool holds_run(int vertex, int first, int last) const;
-  bool holds(int vertex, const Edge& edge) const;
 
   const Mesh& mesh_;
   double squared_radius_;

@@ -107,36 +107,38 @@ SurfaceTerms::SurfaceTerms(const Mesh& mesh, int vertex_count, const Neighbourho
   }
 }
 
-bool SurfaceTerms::is_inner_edge(int edge, int own) const {
+bool SurfaceTerms::is_inner_edge(int edge, int own, const Neighbourhoods* near) const {
   const Edge& e = mesh_.edges[edge];
-  if (own >= 0 && neighbourhoods_ != nullptr) {
-    return e.triangle[1] >= 0 && !neighbourhoods_->contains(own, e.triangle[0]) &&
-           !neighbourhoods_->contains(own, e.triangle[1]);
+  if (own >= 0 && near != nullptr) {
+    return e.triangle[1] >= 0 && !near->contains(own, e.triangle[0]) &&
+           !near->contains(own, e.triangle[1]);
   }
   return e.triangle[1] >= 0 && (own < 0 || (e.opposite[0] != own && e.opposite[1] != own));
 }
 
-bool SurfaceTerms::is_inner_vertex(int vertex, int own) const {
-  if (own >= 0 && neighbourhoods_ != nullptr)
-    return on_border_[vertex] == 0 && !neighbourhoods_->touches(own, vertex);
+bool SurfaceTerms::is_inner_vertex(int vertex, int own, const Neighbourhoods* near) const {
+  if (own >= 0 && near != nullptr) return on_border_[vertex] == 0 && !near->touches(own, vertex);
   return on_border_[vertex] == 0 &&
          (own < 0 || !std::binary_search(neighbours_.begin() + neighbour_start_[vertex],
                                          neighbours_.begin() + neighbour_start_[vertex + 1], own));
 }
 
-unsigned SurfaceTerms::own_features(int triangle, int own) const {
+unsigned SurfaceTerms::own_features(int triangle, int own, const Neighbourhoods* across) const {
+  const Neighbourhoods* const near = across != nullptr ? across : neighbourhoods_;
   unsigned features = 0;
   for (int k = 0; k < 3; ++k) {
     const int edge = mesh_.triangle_edges[triangle][k], corner = mesh_.triangles[triangle][k];
-    if (mesh_.edges[edge].triangle[0] == triangle && is_inner_edge(edge, own)) features |= 1U << k;
-    if (first_triangle_[corner] == triangle && is_inner_vertex(corner, own)) features |= 8U << k;
+    const bool is_first_of_edge = mesh_.edges[edge].triangle[0] == triangle;
+    if (is_first_of_edge && is_inner_edge(edge, own, near)) features |= 1U << k;
+    if (first_triangle_[corner] == triangle && is_inner_vertex(corner, own, near))
+      features |= 8U << k;
   }
   return features;
 }
 
 void SurfaceTerms::find(const Vec3& point, int own, std::span<const int> triangles,
                         std::span<const Vec3> position, double reach,
-                        std::vector<SurfaceTerm>& terms) const {
+                        std::vector<SurfaceTerm>& terms, const Neighbourhoods* across) const {
   TermCollector collector(mesh_, reach, terms);
   for (const int t : triangles) {
     const auto& corners = mesh_.triangles[t];
@@ -144,7 +146,7 @@ void SurfaceTerms::find(const Vec3& point, int own, std::span<const int> triangl
     collector.add(t, 1, closest_vertex_triangle(point, x[0], x[1], x[2]));
     // If an inner edge or vertex is within reach, so are all its triangles, and all are listed. The
     // first of them adds the term of the edge or vertex.
-    const unsigned features = own_features(t, own);
+    const unsigned features = own_features(t, own, across);
     for (int k = 0; k < 3; ++k) {
       if ((features >> k & 1U) != 0) collector.add(t, -1, closest_on_edge_opposite(k, point, x));
       if ((features >> k & 8U) != 0) collector.add(t, 1, closest_at_corner(k, point, x[k]));

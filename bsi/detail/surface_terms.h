@@ -45,18 +45,20 @@ class SurfaceTerms {
   // triangle within reach exactly once, in any order. `own` is the index of the point in this mesh,
   // or -1 if the point is not a vertex of it. Triangles with the vertex `own` do not count and must
   // not be listed, and neither must other triangles of its neighbourhood. Edges and vertices on the
-  // rim of what is left out count as those of the border. `position` is by vertex, m.
-  // O(triangles^2) in the worst case.
+  // rim of what is left out count as those of the border. `position` is by vertex, m. With
+  // `across`, `own` is the index of the point in another mesh, and `across` has the neighbourhoods
+  // of that mesh's vertices in this one. O(triangles^2) in the worst case.
   void find(const Vec3& point, int own, std::span<const int> triangles,
-            std::span<const Vec3> position, double reach, std::vector<SurfaceTerm>& terms) const;
+            std::span<const Vec3> position, double reach, std::vector<SurfaceTerm>& terms,
+            const Neighbourhoods* across = nullptr) const;
   // Returns which edges and corners have terms that find() adds together with that of a listed
   // triangle. Bit k stands for the edge opposite corner k, bit 3 + k for corner k. Each inner edge
   // and each inner vertex belongs to one of its triangles.
-  unsigned own_features(int triangle, int own) const;
+  unsigned own_features(int triangle, int own, const Neighbourhoods* across = nullptr) const;
 
  private:
-  bool is_inner_edge(int edge, int own) const;
-  bool is_inner_vertex(int vertex, int own) const;
+  bool is_inner_edge(int edge, int own, const Neighbourhoods* near) const;
+  bool is_inner_vertex(int vertex, int own, const Neighbourhoods* near) const;
 
   const Mesh& mesh_;
   const Neighbourhoods* neighbourhoods_;  // null: only triangles with the vertex itself

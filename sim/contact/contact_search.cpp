@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <stdexcept>
 
@@ -10,6 +9,7 @@
 #include "sim/contact/device_contact.h"
 #include "sim/contact/feature_collector.h"
 #include "sim/contact/pair_selection.h"
+#include "sim/contact/rest_neighbours.h"
 
 namespace weft::sim {
 
@@ -129,11 +129,6 @@ double search_slack(const Scene& scene) {
   return scene.source.contact.search_slack.value_or(default_slack(scene));
 }
 
-double neighbour_radius(const SceneBody& body, double range) {
-  const bsi::Neighbourhoods near(body.surface_mesh(), body.surface_rest(), body.thickness + range);
-  return near.are_rings() ? 0 : std::numbers::pi / 2 * body.thickness + range;
-}
-
 ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenSearch search)
     : scene_(scene),
       statistics_(statistics),
@@ -149,6 +144,7 @@ ContactSearch::ContactSearch(const Scene& scene, Statistics& statistics, ChosenS
       placed_pyramid_(scene.bodies.size(), 0),
       own_pyramid_(scene.bodies.size(), 0),
       search_(std::move(search)) {
+  if (!scene.seams.empty()) find_neighbours_across_seams();
   for (int b = 0; b < static_cast<int>(scene.bodies.size()); ++b) find_neighbourhoods(b);
 }
 
@@ -161,6 +157,8 @@ void ContactSearch::find_neighbourhoods(int b) {
   if (!is_searched(scene_, {b, b}) || body.spheres != nullptr) return;
   auto found = std::make_unique<const bsi::Neighbourhoods>(
       body.surface_mesh(), body.surface_rest(), neighbour_radius(body, range_), scene_.threads);
+  if (const auto more = across_seams_.find({b, b}); more != across_seams_.end())
+    found = united(body, *found, *more->second);
   if (!found->are_rings()) neighbourhoods_[b] = std::move(found);
   folds_[b] = std::make_unique<bsi::FoldWatch>(
       body.surface_atlas(), body.surface_mesh(), neighbourhoods_[b].get(),
@@ -242,6 +240,7 @@ void ContactSearch::merge_lists(std::span<const BodyPair> pairs) {
   std::vector<ListState> states;
   const auto add = [&](const BodyPair& pair) {
     lists.push_back(empty_list(scene_, pair));
+    set_across(lists.back());
     states.emplace_back();
   };
   auto next = pairs.begin();
@@ -428,10 +427,6 @@ double ContactSearch::drift_since_choice(const CandidateList& list) const {
                                        : motion_.change_since_choice(list.body_a, list.body_b));
 }
 
-double ContactSearch::range_of_edges(const CandidateList& list) const {
-  return scene_.bodies[list.body_b].sleeps ? range_ : short_range * range_;
-}
-
 // The vertices of dynamic bodies are samples.
 double ContactSearch::range_of_vertices(const CandidateList& list, int body) const {
   return scene_.bodies[body].dynamic ? range_ : range_of_edges(list);
@@ -492,7 +487,8 @@ void ContactSearch::select(std::size_t l) {
     const std::vector<int>& starts_of_all = *starts++;
     selected.clear();
     if (all.empty()) return;
-    const bool swapped = &selected == &list.triangle_vertex;
+    const bool swapped =
+        &selected == &list.triangle_vertex || &selected == &list.near_triangle_vertex;
     const int one = swapped ? list.body_b : list.body_a;
     const int other = swapped ? list.body_a : list.body_b;
     const double range = edges ? range_of_edges(list) : range_of_vertices(list, one);
@@ -582,7 +578,8 @@ void ContactSearch::build_lists() {
         .second_vertices = others + range_of_vertices(list, list.body_b),
         .edges = others + range_of_edges(list),
         .neighbours = list_slack(l),
-        .neighbourhoods = list.is_self() ? neighbourhoods(list.body_a) : nullptr,
+        .first_near = list.is_self() ? neighbourhoods(list.body_a) : list.first_across,
+        .second_near = list.is_self() ? neighbourhoods(list.body_a) : list.second_across,
         .folds = folds};
     const auto renewed = states_[l].whole ? std::span<const char>() : snapshot.renewed();
     collect_features(scene_, list, {ends, quad_pairs_[i], reaches, renewed}, states_[l].pairs,

@@ -6,6 +6,7 @@
 #include <array>
 #include <compare>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -46,10 +47,10 @@ struct FeaturePairs {
   std::vector<FeaturePair> vertex_triangle;  // vertex of body_a, triangle of body_b
   std::vector<FeaturePair> triangle_vertex;  // vertex of body_b, triangle of body_a; empty for self
   std::vector<FeaturePair> edge_edge;        // edges of body_a and body_b; for self a < b
-  // Pairs of neighbours at rest within one body. They are not in contact at any distance, but must
-  // not pass through each other.
-  std::vector<FeaturePair> near_vertex_triangle, near_edge_edge;
-  static constexpr int list_count = 5;
+  // Pairs of neighbours at rest, within one body or across a seam. They are not in contact at any
+  // distance, but must not pass through each other. The second list is empty for self.
+  std::vector<FeaturePair> near_vertex_triangle, near_triangle_vertex, near_edge_edge;
+  static constexpr int list_count = 6;
 
   // Calls use(list of pairs, the same list of `other`, has edges, are neighbours) for all lists.
   template <class Other, class Use>
@@ -58,11 +59,12 @@ struct FeaturePairs {
     use(triangle_vertex, other.triangle_vertex, false, false);
     use(edge_edge, other.edge_edge, true, false);
     use(near_vertex_triangle, other.near_vertex_triangle, false, true);
+    use(near_triangle_vertex, other.near_triangle_vertex, false, true);
     use(near_edge_edge, other.near_edge_edge, true, true);
   }
   bool is_empty() const {
     return vertex_triangle.empty() && triangle_vertex.empty() && edge_edge.empty() &&
-           near_vertex_triangle.empty() && near_edge_edge.empty();
+           near_vertex_triangle.empty() && near_triangle_vertex.empty() && near_edge_edge.empty();
   }
 };
 
@@ -74,6 +76,10 @@ struct CandidateList : FeaturePairs {
   double thickness = 0;  // mean thickness of both bodies, m
   // m, upper bound of the change of any distance since that of FeaturePair
   double drift = 0;
+  // Neighbourhoods at rest, across seams, of the vertices of body_a in body_b and of those of
+  // body_b in body_a. Null for self, and where no seam joins the bodies or their meshes need none.
+  const bsi::Neighbourhoods* first_across = nullptr;
+  const bsi::Neighbourhoods* second_across = nullptr;
 
   bool is_self() const { return body_a == body_b; }
   // Returns the number of candidates. Neighbours at rest are none.
@@ -117,8 +123,9 @@ double neighbour_radius(const SceneBody& body, double range);
 // does not count for pairs between them.
 //
 // Neighbours at rest have lists of their own. A triangle is a neighbour of a vertex if it belongs
-// to the vertex's neighbourhood of neighbour_radius() (bsi/detail/neighbourhoods.h). Their lists
-// contain every pair of neighbours that meets at the positions or along the paths.
+// to the vertex's neighbourhood of neighbour_radius() (bsi/detail/neighbourhoods.h), which goes on
+// across seams (seam_neighbours.h). Their lists contain every pair of neighbours that meets at the
+// positions or along the paths.
 //
 // Every body has a box in a tree. The box of a moving body is larger than necessary. Pairs of
 // bodies whose boxes do not meet have no list and cost nothing. A body that leaves its box gets a
@@ -190,6 +197,8 @@ class ContactSearch {
   };
 
   void find_neighbourhoods(int body);
+  void find_neighbours_across_seams();
+  void set_across(CandidateList& list) const;
   std::optional<int> follow(const PointPaths& paths, std::span<const double> stray);
   void find_neighbours();
   void place_all();
@@ -221,7 +230,9 @@ class ContactSearch {
   void place_found();
   void build_lists();
   // Returns the range (m) of pairs of two edges, or of the vertices of one body of a list.
-  double range_of_edges(const CandidateList& list) const;
+  double range_of_edges(const CandidateList& list) const {
+    return scene_.bodies[list.body_b].sleeps ? range_ : short_range * range_;
+  }
   double range_of_vertices(const CandidateList& list, int body) const;
   // list_slack() and reach() return the distances (m) in the snapshot up to which a list contains
   // neighbours at rest and other pairs.
@@ -239,6 +250,8 @@ class ContactSearch {
   // By body: neighbourhoods at rest of its points; null if they are rings or the body is not
   // searched for contact with itself.
   std::vector<std::unique_ptr<const bsi::Neighbourhoods>> neighbourhoods_;
+  // Neighbourhoods at rest across seams: of the vertices of body a in the surface of body b.
+  std::map<BodyPair, std::unique_ptr<const bsi::Neighbourhoods>> across_seams_;
   // By body: says which adjacent quads are out of reach of each other. Lists leave out their pairs.
   // Null if the body is not searched for contact with itself.
   std::vector<std::unique_ptr<bsi::FoldWatch>> folds_;

@@ -16,6 +16,7 @@ struct PairKind {
   bool edges;
   int first, second;  // bodies of the features
   bool samples;
+  const bsi::Neighbourhoods* across = nullptr;  // of the first features, across seams
 };
 
 // Calls use(PairKind) for all kinds that have pairs.
@@ -23,10 +24,11 @@ template <class Use>
 void for_each_kind(const Scene& scene, std::span<const CandidateList> lists, const Use& use) {
   for (const CandidateList& list : lists) {
     const int a = list.body_a, b = list.body_b;
-    for (const PairKind& kind :
-         {PairKind{list, list.vertex_triangle, false, a, b, scene.bodies[a].dynamic},
-          PairKind{list, list.triangle_vertex, false, b, a, scene.bodies[b].dynamic},
-          PairKind{list, list.edge_edge, true, a, b, false}}) {
+    for (const PairKind& kind : {PairKind{list, list.vertex_triangle, false, a, b,
+                                          scene.bodies[a].dynamic, list.first_across},
+                                 PairKind{list, list.triangle_vertex, false, b, a,
+                                          scene.bodies[b].dynamic, list.second_across},
+                                 PairKind{list, list.edge_edge, true, a, b, false}}) {
       if (!kind.pairs.empty()) use(kind);
     }
   }
@@ -59,8 +61,8 @@ DeviceCandidates device_candidates(const Scene& scene, std::span<const Candidate
         const FeaturePair& pair = kind.pairs[i];
         candidates[i] = {unsigned_of(points_of(kind.edges, first, second, pair)), 0, pair.distance};
         if (!kind.samples) continue;
-        const int own = kind.list.is_self() ? pair.a : -1;
-        candidates[i].own_features = surfaces[kind.second].own_features(pair.b, own);
+        const int own = kind.list.is_self() || kind.across != nullptr ? pair.a : -1;
+        candidates[i].own_features = surfaces[kind.second].own_features(pair.b, own, kind.across);
       }
     });
     for (std::size_t i = 0; i < candidates.size(); ++i) {

@@ -32,7 +32,7 @@ struct Batch {
 };
 
 // One entry per list of CandidateList, numbered by ListIndex.
-constexpr int list_count = 5;
+constexpr int list_count = FeaturePairs::list_count;
 using Batches = std::array<Batch, list_count>;
 using Lists = std::array<std::vector<FeaturePair>, list_count>;
 enum ListIndex {
@@ -40,11 +40,13 @@ enum ListIndex {
   triangle_vertex,
   edge_edge,
   near_vertex_triangle,
+  near_triangle_vertex,
   near_edge_edge
 };
 
 bool has_edges(int list) { return list == edge_edge || list == near_edge_edge; }
-bool has_neighbours(int list) { return list == near_vertex_triangle || list == near_edge_edge; }
+bool has_neighbours(int list) { return list >= near_vertex_triangle; }
+bool is_swapped(int list) { return list == triangle_vertex || list == near_triangle_vertex; }
 
 double reach_of(const ListReach& reach, int list) {
   switch (list) {
@@ -168,10 +170,14 @@ class Gatherer {
         continue;
       }
       if (is_watched(pair) || is_out_of_reach(pair) || are_distant_neighbours(pair)) continue;
-      add_vertices(a_, pair.a, b_, pair.b, reach_.first_vertices, batches_[vertex_triangle]);
+      add_vertices(
+          a_, pair.a, b_, pair.b,
+          {reach_.first_vertices, reach_.first_near, vertex_triangle, near_vertex_triangle});
       if (!self_ || pair.a != pair.b) {
-        add_vertices(b_, pair.b, a_, pair.a, reach_.second_vertices,
-                     batches_[self_ ? vertex_triangle : triangle_vertex]);
+        add_vertices(
+            b_, pair.b, a_, pair.a,
+            {reach_.second_vertices, reach_.second_near, self_ ? vertex_triangle : triangle_vertex,
+             self_ ? near_vertex_triangle : near_triangle_vertex});
       }
       add_edges(pair);
     }
@@ -179,6 +185,8 @@ class Gatherer {
   }
 
  private:
+  bool has_near() const { return reach_.first_near != nullptr && reach_.second_near != nullptr; }
+
   bool is_watched(const bsi::LeafPair& pair) const {
     return reach_.folds != nullptr && reach_.folds->covers(pair.a, pair.b);
   }
@@ -207,14 +215,14 @@ class Gatherer {
   // True if all features of both quads are neighbours and stay out of reach of neighbours. On a
   // finely resolved surface, most pairs of quads in the list are of this kind.
   bool are_distant_neighbours(const bsi::LeafPair& pair) const {
-    if (reach_.neighbourhoods == nullptr || pair.a == pair.b) return false;
-    const auto one = corners_of(a_, pair.a), other = corners_of(a_, pair.b);
-    const auto belong = [&](const std::array<int, 4>& corners, int quad) {
-      return std::ranges::all_of(
-          corners, [&](int v) { return reach_.neighbourhoods->contains_quad(v, quad); });
+    if (!has_near() || (self_ && pair.a == pair.b)) return false;
+    const auto belong = [](const bsi::Neighbourhoods& near, const std::array<int, 4>& corners,
+                           int quad) {
+      return std::ranges::all_of(corners, [&](int v) { return near.contains_quad(v, quad); });
     };
-    return are_apart(a_.quad_box(pair.a), a_.quad_box(pair.b), reach_.neighbours) &&
-           belong(one, pair.b) && belong(other, pair.a);
+    return are_apart(a_.quad_box(pair.a), b_.quad_box(pair.b), reach_.neighbours) &&
+           belong(*reach_.first_near, corners_of(a_, pair.a), pair.b) &&
+           belong(*reach_.second_near, corners_of(b_, pair.b), pair.a);
   }
 
   static std::array<int, 4> corners_of(const SurfaceFeatures& body, int quad) {
@@ -227,16 +235,22 @@ class Gatherer {
     return squared_gap(a, b) > (1 + 1e-12) * reach * reach;
   }
 
+  // How far vertices are listed with triangles, their neighbourhoods, and the lists of pairs.
+  struct VertexQuery {
+    double reach;
+    const bsi::Neighbourhoods* neighbourhoods;
+    ListIndex list, near_list;
+  };
   void add_vertices(const BoxedFeatures& vertices, int vertex_quad, const BoxedFeatures& triangles,
-                    int triangle_quad, double reach, Batch& out) {
+                    int triangle_quad, const VertexQuery& query) {
     for (int v : vertices.mesh().vertices_of_quad(vertex_quad)) {
       const int x0 = vertices.vertex(v);
       for (int t : {2 * triangle_quad, 2 * triangle_quad + 1}) {
         const auto [x1, x2, x3] = triangles.triangle(t);
         if (x0 == x1 || x0 == x2 || x0 == x3) continue;
-        if (are_apart(vertices.vertex_box(v), triangles.triangle_box(t), reach)) continue;
-        const bool near = reach_.neighbourhoods != nullptr && reach_.neighbourhoods->contains(v, t);
-        add({x0, x1, x2, x3}, 1, v, t, near ? batches_[near_vertex_triangle] : out);
+        if (are_apart(vertices.vertex_box(v), triangles.triangle_box(t), query.reach)) continue;
+        const bool near = query.neighbourhoods != nullptr && query.neighbourhoods->contains(v, t);
+        add({x0, x1, x2, x3}, 1, v, t, batches_[near ? query.near_list : query.list]);
       }
     }
   }
@@ -281,13 +295,20 @@ class Gatherer {
         if (x0 == x2 || x0 == x3 || x1 == x2 || x1 == x3) continue;
         if (are_apart(box, b_.edge_box(f), reach_.edges)) continue;
         const bool swap = self_ && f < e;
-        const bool near =
-            reach_.neighbourhoods != nullptr &&
-            reach_.neighbourhoods->are_neighbours(a_.mesh().edges[e], a_.mesh().edges[f]);
         add({x0, x1, x2, x3}, 2, swap ? f : e, swap ? e : f,
-            batches_[near ? near_edge_edge : edge_edge]);
+            batches_[are_near_edges(e, f) ? near_edge_edge : edge_edge]);
       }
     }
+  }
+
+  // True if an end of one edge has all triangles of the other edge in its neighbourhood.
+  bool are_near_edges(int e, int f) const {
+    if (!has_near()) return false;
+    const bsi::Edge &one = a_.mesh().edges[e], &other = b_.mesh().edges[f];
+    return std::ranges::any_of(one.vertex,
+                               [&](int v) { return reach_.first_near->contains_edge(v, other); }) ||
+           std::ranges::any_of(other.vertex,
+                               [&](int v) { return reach_.second_near->contains_edge(v, one); });
   }
 
   // The first `split` points are those of the first feature.
@@ -315,8 +336,8 @@ struct Found {
 };
 
 std::array<std::vector<FeaturePair>*, list_count> lists_of(FeaturePairs& pairs) {
-  return {&pairs.vertex_triangle, &pairs.triangle_vertex, &pairs.edge_edge,
-          &pairs.near_vertex_triangle, &pairs.near_edge_edge};
+  return {&pairs.vertex_triangle,      &pairs.triangle_vertex,      &pairs.edge_edge,
+          &pairs.near_vertex_triangle, &pairs.near_triangle_vertex, &pairs.near_edge_edge};
 }
 
 // Takes all pairs out of the lists. Returns those that need not be found anew.
@@ -330,7 +351,7 @@ Found take_kept(const RenewedParts& renewed, const SurfaceFeatures& a, const Sur
       continue;
     }
     std::erase_if(kept.lists[which], [&](const FeaturePair& pair) {
-      const bool swapped = which == triangle_vertex;
+      const bool swapped = is_swapped(which);
       return renewed.has_point_of(
           points_of(has_edges(which), swapped ? b : a, swapped ? a : b, pair));
     });
@@ -411,10 +432,11 @@ void collect_features(const Scene& scene, const CandidateList& list, const Featu
   });
   const auto lists = lists_of(pairs);
   for (int which = 0; which < list_count; ++which) {
-    if (has_neighbours(which) && reach.neighbourhoods == nullptr) continue;
-    const std::size_t count = has_edges(which)           ? a.surface_mesh().edges.size()
-                              : which == triangle_vertex ? b.point_count()
-                                                         : a.point_count();
+    if (has_neighbours(which) && reach.first_near == nullptr && reach.second_near == nullptr)
+      continue;
+    const std::size_t count = has_edges(which)    ? a.surface_mesh().edges.size()
+                              : is_swapped(which) ? b.point_count()
+                                                  : a.point_count();
     join_sorted(found, which, count, threads, *lists[which]);
     counters.candidate_pairs += static_cast<std::int64_t>(lists[which]->size());
   }

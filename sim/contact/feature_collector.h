@@ -21,8 +21,11 @@ struct ListReach {
   // These hold for vertices of body_a and of body_b with triangles, and for two edges.
   double first_vertices = 0, second_vertices = 0, edges = 0;
   double neighbours = 0;  // of neighbours at rest, no more than the others
-  // Neighbourhoods at rest, for pairs of one body; null if they are rings.
-  const bsi::Neighbourhoods* neighbourhoods = nullptr;
+  // Neighbourhoods at rest of vertices of body_a in body_b, and of those of body_b in body_a: the
+  // same for pairs of one body. Null if neighbours have a common vertex or points that are sewn
+  // together.
+  const bsi::Neighbourhoods* first_near = nullptr;
+  const bsi::Neighbourhoods* second_near = nullptr;
   // Says which quads of one body are out of reach of each other; null for two bodies.
   const bsi::FoldWatch* folds = nullptr;
 };

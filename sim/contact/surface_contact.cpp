@@ -170,6 +170,7 @@ std::vector<SurfaceContact::PairGroup> SurfaceContact::groups_within(double samp
       group.body_a = list.body_a;
       group.body_b = list.body_b;
       group.surface = kind == 0 ? list.body_b : list.body_a;
+      if (kind != 2) group.across = kind == 0 ? list.first_across : list.second_across;
       const bool whole_range = group.samples || scene_.bodies[list.body_b].sleeps;
       const auto limit =
           static_cast<float>(list.thickness + (whole_range ? sample_reach : reach) + list.drift) *
@@ -197,15 +198,20 @@ std::vector<SurfaceContact::PairGroup> SurfaceContact::groups_within(double samp
 void SurfaceContact::append_neighbours(std::vector<PairGroup>& groups) const {
   for (const CandidateList& list : search_.lists()) {
     const auto limit = static_cast<float>(list.drift) * (1 + 1e-6F);
-    for (const auto* pairs : {&list.near_vertex_triangle, &list.near_edge_edge}) {
+    for (const auto* pairs :
+         {&list.near_vertex_triangle, &list.near_triangle_vertex, &list.near_edge_edge}) {
       if (pairs->empty()) continue;
+      const bool swapped = pairs == &list.near_triangle_vertex;
       PairGroup group;
       group.edges = pairs == &list.near_edge_edge;
-      group.body_a = group.body_b = group.surface = list.body_a;
-      const SurfaceFeatures features(scene_.bodies[list.body_a]);
+      group.body_a = list.body_a;
+      group.body_b = list.body_b;
+      group.surface = swapped ? list.body_a : list.body_b;
+      const SurfaceFeatures first(scene_.bodies[swapped ? list.body_b : list.body_a]);
+      const SurfaceFeatures second(scene_.bodies[group.surface]);
       for (const FeaturePair& pair : *pairs) {
         if (pair.distance <= limit)
-          group.nodes.push_back(points_of(group.edges, features, features, pair));
+          group.nodes.push_back(points_of(group.edges, first, second, pair));
       }
       if (!group.nodes.empty()) groups.push_back(std::move(group));
     }
@@ -414,10 +420,12 @@ void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
     found.fault = ContactFault{ContactFault::Kind::touching, group.nodes[first + near.pair], gap};
     return;
   }
-  surfaces_[group.surface].find(position[vertex], group.is_self() ? vertex - body.first_point : -1,
-                                scratch.triangles,
+  const int own = group.is_self() || group.across != nullptr
+                      ? vertex - scene_.bodies[group.body_of_first()].first_point
+                      : -1;
+  surfaces_[group.surface].find(position[vertex], own, scratch.triangles,
                                 position.subspan(body.first_point, body.point_count()),
-                                group.thickness + range_of(group), scratch.terms);
+                                group.thickness + range_of(group), scratch.terms, group.across);
   const Anchor* const anchor =
       has_anchors() ? find_anchor(anchors_->selected(),
                                   anchor_key(vertex, group.body_of_first(), group.surface))

@@ -205,6 +205,8 @@ class SurfaceContact {
     double friction = 0;  // Coulomb coefficient
     int body_a = 0, body_b = 0;
     int surface = 0;  // body of the second features, for samples of the triangles
+    // Neighbourhoods at rest of the samples in the surface, across seams; null if there are none.
+    const bsi::Neighbourhoods* across = nullptr;
     bool is_self() const { return body_a == body_b; }
     int body_of_first() const { return surface == body_b ? body_a : body_b; }
     bool has_spheres() const { return of_spheres || on_spheres; }

@@ -6,6 +6,7 @@
 #include "materials/hinge.h"
 #include "sim/forces/crease_history.h"
 #include "sim/forces/force_arrays.h"
+#include "sim/scene/easing.h"
 
 namespace weft::sim {
 
@@ -18,8 +19,8 @@ using materials::Nodes4;
 constexpr int most_nodes = 6;  // three nodes of the triangle and three across its edges
 
 // The hinges of a triangle at given positions: `strains` are the changes of their angles times
-// BorderTriangle::factors (rad), `slopes` the derivatives of the strains by the node positions
-// (1/m), and `hinges` the node positions of each hinge (m).
+// BorderTriangle::factors and closed_parts (rad), `slopes` the derivatives of the strains by the
+// node positions (1/m), and `hinges` the node positions of each hinge (m).
 struct Angles {
   Vec3 strains{0, 0, 0};
   Eigen::Matrix<double, 3, 3 * most_nodes> slopes =
@@ -41,18 +42,20 @@ class BorderBending final : public Force {
         if (triangle.ghosts[i] == no_particle && !triangle.is_sewn[i])
           triangle.rest_angles[i] = rest_angles[i];
       }
+      close_ |= !triangle.closing_times.isZero(0);
     }
   }
 
   std::string_view name() const override { return name_; }
   bool has_damping() const override { return is_damped_; }
-  bool varies() const override { return ghosts_.move() || damping_times_.varies(); }
-  bool has_moving_points() const override { return ghosts_.move(); }
+  bool varies() const override { return close_ || ghosts_.move() || damping_times_.varies(); }
+  bool has_moving_points() const override { return close_ || ghosts_.move(); }
   void set_time(const Instant& now) override {
     ghosts_.set_time(now);
     damping_times_.visit_changed(now, [&](int first, int last, double time) {
       for (int t = first; t < last; ++t) triangles_[t].damping_time = time;
     });
+    if (close_) close_seams(now.time);
   }
   double evaluation_work() const override { return 1.2; }
 
@@ -71,6 +74,9 @@ class BorderBending final : public Force {
     for (const BorderTriangle& triangle : triangles_) {
       const Angles angles = find_angles(triangle, state.position);
       const Vec3 moments = moments_of(triangle, angles, state);
+      if (close_)
+        power += elastic_moments(triangle, angles.strains)
+                     .dot(triangle.closing_rates.cwiseProduct(angles.strains));
       for (int i = 0; i < 3; ++i) {
         if (triangle.ghosts[i] == no_particle) continue;
         power += (angles.slopes.middleCols<3>(3 * (i + 3)).transpose() * moments)
@@ -167,6 +173,19 @@ class BorderBending final : public Force {
   using Block = Eigen::Matrix<double, 3 * most_nodes, 3 * most_nodes>;
   using Values = Eigen::Matrix<double, 3 * most_nodes, 1>;
 
+  // Sets the parts of the angles that count at a time (s).
+  void close_seams(double time) {
+    for (BorderTriangle& triangle : triangles_) {
+      for (int i = 0; i < 3; ++i) {
+        const double closing_time = triangle.closing_times[i];
+        if (closing_time == 0) continue;
+        const double passed = std::min(time / closing_time, 1.0), part = eased(passed);
+        triangle.closed_parts[i] = part;
+        triangle.closing_rates[i] = part > 0 ? eased_slope(passed) / (closing_time * part) : 0;
+      }
+    }
+  }
+
   Angles find_angles(const BorderTriangle& triangle, std::span<const Vec3> position) const {
     Angles angles;
     for (int i = 0; i < 3; ++i) {
@@ -176,12 +195,11 @@ class BorderBending final : public Force {
       Nodes4& x = angles.hinges[i];
       for (int k = 0; k < 3; ++k) x.col(k) = position[triangle.particles[places[k]]];
       x.col(3) = ghost != no_particle ? ghosts_.position(ghost) : position[across];
-      angles.strains[i] =
-          triangle.factors[i] * (materials::hinge_angle(x) - triangle.rest_angles[i]);
+      const double factor = triangle.factors[i] * triangle.closed_parts[i];
+      angles.strains[i] = factor * (materials::hinge_angle(x) - triangle.rest_angles[i]);
       const Nodes4 gradient = materials::hinge_gradient(x);
       for (int k = 0; k < 4; ++k)
-        angles.slopes.block<1, 3>(i, 3 * places[k]) =
-            triangle.factors[i] * gradient.col(k).transpose();
+        angles.slopes.block<1, 3>(i, 3 * places[k]) = factor * gradient.col(k).transpose();
     }
     return angles;
   }
@@ -246,6 +264,12 @@ class BorderBending final : public Force {
     return matrix_of(materials::law_tangent(triangle.map, *triangle.curved, strains, false));
   }
 
+  // Returns the moments dW/de, N m.
+  Vec3 elastic_moments(const BorderTriangle& triangle, const Vec3& strains) const {
+    const Vec3 elastic = elastic_part(triangle, strains);
+    if (!triangle.curved) return triangle.modulus * elastic;
+    return materials::law_slope(triangle.map, *triangle.curved, elastic);
+  }
   // Returns the moments dW/de + beta V d theta/dt, N m. The elastic part e of the strains theta is
   // theta itself unless the triangle yields.
   Vec3 moments_of(const BorderTriangle& triangle, const Angles& angles,
@@ -279,7 +303,7 @@ class BorderBending final : public Force {
     for (int i = 0; i < 3; ++i) {
       if (triangle.particles[i + 3] == no_particle && triangle.ghosts[i] == no_particle) continue;
       const Nodes4& x = angles.hinges[i];
-      const double moment = triangle.factors[i] * moments[i];
+      const double moment = triangle.factors[i] * triangle.closed_parts[i] * moments[i];
       const int p = (i + 1) % 3, q = (i + 2) % 3;
       Nodes3 own, beyond;
       own << x.col(0), x.col(1), x.col(2);
@@ -313,8 +337,26 @@ class BorderBending final : public Force {
   CreaseHistory* creases_ = nullptr;
   VaryingNumbers damping_times_;  // s, by triangle
   bool is_damped_;                // true if damped at any time
+  bool close_ = false;            // true if a seam has a closing_time
   MovingPoints ghosts_;
 };
+
+void join_fold(const Scene& scene, const Seam& seam, const SeamFold& fold, BorderTriangle& triangle,
+               MovingPoints& ghosts) {
+  const int i = fold.edge, body = scene.case_order[fold.other];
+  const SceneBody& other = scene.bodies[body];
+  const int across = other.first_particle + fold.across;
+  triangle.is_sewn[i] = true;
+  triangle.factors[i] = fold.share;
+  triangle.rest_angles[i] = fold.angle;
+  triangle.closing_times[i] = seam.source->closing_time;
+  if (other.dynamic) {
+    triangle.particles[i + 3] = across;
+  } else {
+    triangle.bodies[i] = body;
+    triangle.ghosts[i] = ghosts.add_on_body(scene, other, scene.initial_position[across]);
+  }
+}
 
 }  // namespace
 
@@ -336,19 +378,11 @@ BorderTriangle border_triangle(const Scene& scene, int body, const bsi::Mesh& me
 }
 
 void join_folds(const Scene& scene, BorderTriangle& triangle, MovingPoints& ghosts) {
-  for (const SeamFold* fold : seam_folds_of(scene, triangle.body)) {
-    if (fold->triangle != triangle.triangle) continue;
-    const int i = fold->edge, body = scene.case_order[fold->other];
-    const SceneBody& other = scene.bodies[body];
-    const int across = other.first_particle + fold->across;
-    triangle.is_sewn[i] = true;
-    triangle.factors[i] = fold->share;
-    triangle.rest_angles[i] = fold->angle;
-    if (other.dynamic) {
-      triangle.particles[i + 3] = across;
-    } else {
-      triangle.bodies[i] = body;
-      triangle.ghosts[i] = ghosts.add_on_body(scene, other, scene.initial_position[across]);
+  for (const Seam& seam : scene.seams) {
+    for (const SeamFold& fold : seam.folds) {
+      const bool is_own = scene.case_order[fold.body] == triangle.body;
+      if (is_own && fold.triangle == triangle.triangle)
+        join_fold(scene, seam, fold, triangle, ghosts);
     }
   }
 }

@@ -21,7 +21,8 @@ inline constexpr int no_particle = -1;
 // A triangle with at least one edge at a clamp or a seam. Edge i is opposite node i, and node i + 3
 // lies across edge i. Beyond a clamped edge, the surface is the mirror image of the triangle in the
 // clamp's tangent plane. The angle at the edge is therefore twice the angle to that plane. Beyond a
-// sewn edge, the surface is the triangle of the other border.
+// sewn edge, the surface is the triangle of the other border. While a seam is open, nothing joins
+// the two triangles: their angle counts by the part to which the seam is closed.
 struct BorderTriangle {
   std::array<int, 6> particles;  // global indices; no_particle: ghost or border
   // Indices of the ghosts in MovingPoints, by edge; no_particle for edges without a ghost.
@@ -34,6 +35,10 @@ struct BorderTriangle {
   int triangle = 0;                       // index into the body's mesh
   Vec3 factors{1, 1, 1};                  // by edge: 2 if clamped, SeamFold::share if sewn, else 1
   Vec3 rest_angles{0, 0, 0};              // rad, by edge
+  Vec3 closing_times{0, 0, 0};            // s, by edge: of its seam; 0: closed from the start
+  // By edge, at the time of set_time(): the part of its angle that counts, which grows from 0 to 1
+  // while its seam closes, and the rate of growth over this part (1/s).
+  Vec3 closed_parts{1, 1, 1}, closing_rates{0, 0, 0};
   Eigen::Matrix3d modulus = Eigen::Matrix3d::Zero();  // N m, over the three angles
   // Law with a stiffness that depends on the curvature. Null if the law is linear.
   std::shared_ptr<const materials::CurvedBending> curved;

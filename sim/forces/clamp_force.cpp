@@ -34,6 +34,7 @@ void add_clamped_body(const Scene& scene, int b, BorderTriangles& all) {
     triangle.pins[edge.edge] = edges[e].held->pin;
     triangle.factors[edge.edge] = 2;
     triangle.rest_angles[edge.edge] = 0;
+    triangle.closing_times[edge.edge] = 0;
     find_laws(scene, mesh, triangle);
   }
   const Varying<double> damping = body.material->bending_damping_time();

@@ -196,8 +196,7 @@ void OneStepIntegrator::restart(double time, std::span<const double> y) {
 void OneStepIntegrator::transfer_steps(StateArchive& archive) {
   accepted_.transfer(archive);
   veto_window_.transfer(archive);
-  archive(size_, completed_steps_, successes_, patience_, counts_,
-          window_start_, window_allowed_);
+  archive(size_, completed_steps_, successes_, patience_, counts_, window_start_, window_allowed_);
 }
 
 std::optional<Failure> OneStepIntegrator::state_at(double time, std::span<double> y) const {

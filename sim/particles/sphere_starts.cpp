@@ -12,7 +12,7 @@ namespace {
 
 // Rounding of gaps that are zero in exact numbers, as a fraction of the radius: a lattice of
 // touching spheres, or spheres that lie on a floor.
-constexpr double rounding_share = 1e-9;
+constexpr double rounding_of_gaps = 1e-9;
 
 std::string partner_of(const SphereContact& contact, const SphereSurfaces& surfaces,
                        const Scene& scene) {
@@ -38,7 +38,7 @@ void refuse_overlapping_spheres(const Scene& scene) {
   std::vector<SphereContact> overlaps;
   search.find_contacts(start, reach, 0, overlaps);
   std::erase_if(overlaps, [&](const SphereContact& contact) {
-    return contact.gap >= -rounding_share * search.radii()[contact.sphere];
+    return contact.gap >= -rounding_of_gaps * search.radii()[contact.sphere];
   });
   if (overlaps.empty()) return;
   const SphereContact& first = overlaps.front();

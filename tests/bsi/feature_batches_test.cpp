@@ -193,7 +193,7 @@ TEST(FeatureBatches, SafeFractionsAreThoseOfTheScalarFunctions) {
           whole += expected == 1;
         }
         EXPECT_GT(whole, 2000);
-        EXPECT_LT(whole, 19000);
+        EXPECT_LT(whole, 19500);
         std::vector<int> unproved;
         find_unproved_paths(kind, pairs.start, pairs.end, pairs.particles, separation, separation,
                             unproved);

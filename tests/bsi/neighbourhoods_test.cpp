@@ -141,6 +141,24 @@ TEST(Neighbourhoods, AnswerForQuadsVerticesAndEdges) {
   }
 }
 
+// Neighbourhoods made from the triangles of others are the same, and rings are listed, too.
+TEST(Neighbourhoods, AreKeptByTheirTriangles) {
+  const Rest rest = uneven_sheet(13, 5);
+  const int vertices = static_cast<int>(rest.x.size());
+  for (const double radius : {0.01, 0.19}) {
+    const Neighbourhoods near(rest.mesh, rest.x, radius);
+    std::vector<std::vector<int>> triangles;
+    for (int v = 0; v < vertices; ++v) triangles.push_back(near.triangles(v));
+    const Neighbourhoods listed(rest.mesh, vertices, triangles);
+    for (int v = 0; v < vertices; ++v) {
+      EXPECT_EQ(listed.triangles(v), triangles[v]) << v;
+      for (int t = 0; t < static_cast<int>(rest.mesh.triangles.size()); ++t)
+        EXPECT_EQ(listed.contains(v, t),
+                  near.are_rings() ? holds(rest, t, v) : near.contains(v, t));
+    }
+  }
+}
+
 // Edges that are no neighbours are farther apart than the radius; neighbours are not much farther.
 TEST(Neighbourhoods, EdgesBeyondTheRadiusAreNoNeighbours) {
   const Rest rest = uneven_sheet(9, 7);

@@ -229,4 +229,54 @@ closing_time = 1e4
   EXPECT_EQ(simulation.summary_of(1, simulation.state()).sleeping_bodies, 0);
 }
 
+// Nothing joins pieces whose seam is still open: neither parallel sheets that would lie folded onto
+// each other, nor the ends of a flat strip, between which lies the whole strip.
+TEST(SeamGeometry, OpenSeamsDoNotBend) {
+  const std::string ends = "[[seam]]\nbody = \"one\"\nedge = \"last_col\"\nclosing_time = 0.1\n";
+  const std::string one = std::string(setting) + R"(
+[[body]]
+name = "one"
+shape = { type = "rectangle", size = [0.3, 0.1], resolution = [5, 13] }
+)";
+  const std::string other = R"(
+[[body]]
+name = "other"
+position = [0, 0, 0.15]
+shape = { type = "rectangle", size = [0.3, 0.1], resolution = [5, 13] }
+)";
+  const Overrides weightless{"world.gravity=[0,0,0]"};
+  for (const std::string& text :
+       {one + other + ends + "to = \"other\"\nto_edge = \"last_col\"\n",
+        one + ends + "to = \"one\"\nto_edge = \"first_col\"\nangle_deg = 30\n"}) {
+    const auto scene = build_scene(parse_case(text, "test.toml", weightless));
+    Statistics statistics;
+    Dynamics dynamics(*scene, statistics);
+    for (const auto& [name, energy] : dynamics.energies(0, dynamics.initial_state()).elastic)
+      EXPECT_LT(energy, 1e-20) << name;
+    std::vector<Vec3> acceleration(scene->mass.size());
+    ASSERT_FALSE(dynamics.acceleration(0, dynamics.initial_state(), acceleration));
+    for (const Vec3& each : acceleration) EXPECT_LT(each.norm(), 1e-6);
+  }
+}
+
+// The power of a closing seam is the rate of the energy at fixed positions.
+TEST(SeamGeometry, ClosingPutsInTheEnergyOfTheFold) {
+  for (const char* law : {"", "yield_curvature = 20\n"}) {
+    std::string text = folded_pieces("[0, -30, 0]", 70) + "closing_time = 0.2\n";
+    text.insert(text.find("poisson_ratio"), law);
+    const auto scene = build_scene(parse_case(text, "test.toml", {}));
+    Statistics statistics;
+    Dynamics dynamics(*scene, statistics);
+    const std::vector<double> y = dynamics.initial_state();
+    const auto energy_at = [&](double time) {
+      const Energies energies = dynamics.energies(time, y);
+      return energies.total() + energies.dissipated.value_or(0);
+    };
+    constexpr double time = 0.08, step = 1e-6;
+    const double rate = (energy_at(time + step) - energy_at(time - step)) / (2 * step);
+    EXPECT_GT(rate, 1e-3);
+    EXPECT_NEAR(dynamics.external_power(time, y), rate, 1e-6 * rate);
+  }
+}
+
 }  // namespace weft::sim::seam_geometry_test
