@@ -129,12 +129,12 @@ Json modes_head(const RunCommand& command, const ModesReport& report, int unknow
 }  // namespace
 
 std::string report_json(const RunCommand& command, const Case& source, const RunReport& report,
-                        const std::vector<std::string>& notices, int code) {
+                        const std::vector<std::string>& warnings, int code) {
   Json json = ending_json(code, status_name(report.status), report.reason);
   if (report.failure) json["reason_kind"] = kind_name(report.failure->kind);
   add_command(json, command);
   json["title"] = source.title;
-  json["notices"] = notices;
+  json["warnings"] = warnings;
   json["simulated_s"] = report.simulated_time;
   json["resumed_at_s"] = report.resumed_at ? Json(*report.resumed_at) : Json();
   add_bill(json, report.bill);

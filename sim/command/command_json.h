@@ -15,10 +15,10 @@
 
 namespace weft::sim {
 
-// Returns the report of a run, as JSON. `notices` are the lines about the run that the command has
-// printed. `code` is the exit code of the command.
+// Returns the report of a run, as JSON. `warnings` are those of RunOptions::warning. `code` is the
+// exit code of the command.
 std::string report_json(const RunCommand& command, const Case& source, const RunReport& report,
-                        const std::vector<std::string>& notices, int code);
+                        const std::vector<std::string>& warnings, int code);
 // Return the report of `weft modes` and of `weft buckling`, as JSON. `code` is the exit code of the
 // command. The list of modes is empty if no mode was found.
 std::string modes_json(const RunCommand& command, const ModesReport& report,

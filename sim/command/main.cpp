@@ -204,7 +204,8 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
                           ->needs(restart);
   restart->needs(time);
   run->add_flag("--json", arguments.command.json, "Print the report as one JSON object");
-  run->add_flag("--quiet", arguments.command.quiet, "No progress bar");
+  run->add_flag("--quiet", arguments.command.quiet,
+                "No progress bar and no lines about choices; warnings stay");
   run->add_flag(
       "--estimate-error", arguments.command.estimate_error,
       "Measure the error by a second, more exact run, which takes four to eight times as many "

@@ -210,10 +210,10 @@ int code_of(RunReport::Status status) {
 }
 
 int finish(const RunCommand& command, const Case& source, const RunReport& report,
-           const std::vector<std::string>& notices) {
+           const std::vector<std::string>& warnings) {
   const int code = code_of(report.status);
   if (command.json) {
-    std::cout << report_json(command, source, report, notices, code) << '\n';
+    std::cout << report_json(command, source, report, warnings, code) << '\n';
   } else {
     print_summary(report);
   }
@@ -222,28 +222,16 @@ int finish(const RunCommand& command, const Case& source, const RunReport& repor
   return code;
 }
 
-// Prints notices on standard error, and keeps them for the report. --quiet prints them, too,
-// because they may say that the run is not what the case seems to ask for.
-class Notices {
- public:
-  void add(const std::string& text) {
-    complain("weft: " + text);
-    texts_.push_back(text);
-  }
-  const std::vector<std::string>& texts() const { return texts_; }
-
- private:
-  std::vector<std::string> texts_;
-};
+void print_notice(const std::string& text) { complain("weft: " + text); }
 
 // Runs the pilot. Announces each of its runs and shows a progress bar for it, unless `quiet`.
-PilotReport run_pilot(Case& source, bool quiet, Notices& notices) {
+PilotReport run_pilot(Case& source, bool quiet) {
   PilotOptions options;
   options.stop_signal = &caught_signal;
   std::optional<ProgressBar> bar;
   options.notice = [&](const std::string& text) {
     if (bar) bar->clear();
-    notices.add(text);
+    if (!quiet) print_notice(text);
     bar.emplace(source.time.duration, !quiet);
   };
   options.progress = [&](double time) { bar->show(time); };
@@ -252,12 +240,13 @@ PilotReport run_pilot(Case& source, bool quiet, Notices& notices) {
   return report;
 }
 
-// Tells that nothing of what --extend adds is recorded, if output.frame_times ends before.
-void warn_of_missing_frames(const Case& source, const RunCheckpoint& from, Notices& notices) {
+// Returns a warning that nothing of what --extend adds is recorded, if output.frame_times ends
+// before.
+std::string missing_frames_warning(const Case& source, const RunCheckpoint& from) {
   const std::vector<double>& times = source.output.frame_times;
-  if (times.empty() || from.frames == 0 || times.back() > from.last_frame_time) return;
-  notices.add("output.frame_times has no time after " + number_text(times.back()) +
-              " s: what --extend adds has no frame; --set output.frame_times=[...] may list more");
+  if (times.empty() || from.frames == 0 || times.back() > from.last_frame_time) return "";
+  return "output.frame_times has no time after " + number_text(times.back()) +
+         " s: what --extend adds has no frame; --set output.frame_times=[...] may list more";
 }
 
 // Returns the bill before the run. The set-up comprises all costs so far except those of the pilot.
@@ -279,21 +268,19 @@ int run_case(const RunCommand& command) {
   PilotReport pilot;
   Resumption found;
   RunOptions options;
-  Notices notices;
   const auto prepare = [&](Case& source) {
     if (command.estimate_error) refuse_no_estimate(source);
     options.case_text = motion_text(source);
     found = find_start(command, trajectory, source);
     if (!found.checkpoint) {
       check_outputs_before_pilot(source, command.estimate_error);
-      pilot = run_pilot(source, command.quiet, notices);
+      pilot = run_pilot(source, command.quiet);
     }
   };
   return with_scene(command, prepare, [&](const Scene& scene) {
     const Bill earlier = bill_before_run(command, pilot);
     if (pilot.ended_run())
-      return finish(command, scene.source, ended_by_pilot(pilot, earlier, &caught_signal),
-                    notices.texts());
+      return finish(command, scene.source, ended_by_pilot(pilot, earlier, &caught_signal), {});
     options.trajectory = trajectory;
     options.force = command.force;
     options.resume = command.resume || command.extend;
@@ -304,15 +291,25 @@ int run_case(const RunCommand& command) {
     options.earlier = earlier;
     ProgressBar bar(scene.source.time.duration, !command.quiet);
     options.progress = [&](double time) { bar.show(time); };
-    options.notice = [&](const std::string& text) {
+    if (!command.quiet) {
+      options.notice = [&](const std::string& text) {
+        bar.clear();
+        print_notice(text);
+      };
+    }
+    std::vector<std::string> warnings;
+    options.warning = [&](const std::string& text) {
       bar.clear();
-      notices.add(text);
+      print_notice(text);
+      warnings.push_back(text);
     };
-    if (command.extend && found.checkpoint)
-      warn_of_missing_frames(scene.source, *found.checkpoint, notices);
+    if (command.extend && found.checkpoint) {
+      const std::string text = missing_frames_warning(scene.source, *found.checkpoint);
+      if (!text.empty()) options.warning(text);
+    }
     const RunReport report = run_simulation(scene, options);
     bar.clear();
-    return finish(command, scene.source, report, notices.texts());
+    return finish(command, scene.source, report, warnings);
   });
 }
 

@@ -15,16 +15,24 @@ namespace {
 // corrections costs no more than another one.
 constexpr int longest_patience = 16, longest_patience_by_number = 2;
 
+// After a veto, the bound of chosen steps grows by this factor per accepted step. The error test
+// alone would allow growth at once, while the surfaces are still close.
+constexpr double growth_after_veto = 1.2;
+
 // More than `most_vetoes_per_window` vetoes in a window end the run. On a grid, more than
 // `many_vetoes` vetoes end it too if the window advances by less than two grid steps or, if motions
 // limit steps, by less than twice the mean length that they allowed.
 constexpr int most_vetoes_per_window = 100, many_vetoes = 8;
 
+// True if it is a state or path that is refused, whatever its error.
+bool is_veto(StepTrouble trouble) {
+  return trouble == StepTrouble::surfaces || trouble == StepTrouble::overstretched;
+}
+
 // Returns what limits a step after a trial that failed by `trouble`. After a failed error test, the
 // error of the accepted trial tells more.
 std::optional<StepLimit> limit_of(StepTrouble trouble) {
-  if (trouble == StepTrouble::surfaces || trouble == StepTrouble::overstretched)
-    return StepLimit::surfaces;
+  if (is_veto(trouble)) return StepLimit::surfaces;
   if (trouble == StepTrouble::error_too_large) return std::nullopt;
   return StepLimit::convergence;
 }
@@ -71,7 +79,8 @@ std::optional<double> OneStepIntegrator::next_time() {
 double OneStepIntegrator::wanted_time() const {
   if (!is_fixed()) {
     const auto longest = scene_.source.time.maximum_step;
-    return time() + (longest ? std::min(size_, *longest) : size_);
+    const double size = std::min(size_, longest_after_veto_);
+    return time() + (longest ? std::min(size, *longest) : size);
   }
   const double grid = grid_time();
   // A trial extends to the next grid time if less than half its own length would remain.
@@ -105,6 +114,7 @@ std::optional<Failure> OneStepIntegrator::step() {
     failed = limit_of(trouble);
     // After a failed error test, the method has already proposed the next length.
     if (trouble != Trouble::error_too_large) size_ = (end - time()) / 2;
+    if (is_veto(trouble)) longest_after_veto_ = size_;
     successes_ = 0;
     patience_ = std::min(2 * patience_, scene_.source.time.newton > 0 ? longest_patience_by_number
                                                                       : longest_patience);
@@ -144,6 +154,7 @@ void OneStepIntegrator::accept(double time) {
     accepted_.place_pins();
     if (motion_limits_.has_event_at(time)) pass_event(motion_limits_.jumps_at(time));
   }
+  longest_after_veto_ *= growth_after_veto;
   if (!is_fixed()) return;
   if (time == grid_time()) ++completed_steps_;
   if (++successes_ < patience_) return;
@@ -196,7 +207,8 @@ void OneStepIntegrator::restart(double time, std::span<const double> y) {
 void OneStepIntegrator::transfer_steps(StateArchive& archive) {
   accepted_.transfer(archive);
   veto_window_.transfer(archive);
-  archive(size_, completed_steps_, successes_, patience_, counts_, window_start_, window_allowed_);
+  archive(size_, longest_after_veto_, completed_steps_, successes_, patience_, counts_,
+          window_start_, window_allowed_);
 }
 
 std::optional<Failure> OneStepIntegrator::state_at(double time, std::span<double> y) const {

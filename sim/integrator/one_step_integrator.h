@@ -2,6 +2,7 @@
 // A step that fails, or lets surfaces meet, is tried again with a shorter length.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -105,7 +106,9 @@ class OneStepIntegrator : public Integrator {
   MotionLimits motion_limits_;
   std::optional<double> step_;  // length of a grid step (s); empty: the method chooses
   AcceptedStep accepted_;
-  double size_ = 0;                   // proposed length of the next trial (s)
+  double size_ = 0;  // proposed length of the next trial (s)
+  // Bound (s) of chosen steps after a veto.
+  double longest_after_veto_ = std::numeric_limits<double>::infinity();
   std::int64_t completed_steps_ = 0;  // number of grid steps completed
   // Number of successful steps of one length, and number required to double the length.
   int successes_ = 0, patience_ = 1;

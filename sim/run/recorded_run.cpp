@@ -88,10 +88,11 @@ class Run final : private StepObserver {
  private:
   void say_start() {
     say(scene_.source.accuracy_choice);
-    say(long_step_notice(scene_.source.time));
-    say(late_pins_notice(scene_.source));
-    say(rounding_notice(scene_));
-    say(no_sidecar_notice(options_.trajectory));
+    for (const std::string& text :
+         {long_step_notice(scene_.source.time), late_pins_notice(scene_.source),
+          rounding_notice(scene_), no_sidecar_notice(options_.trajectory)}) {
+      if (options_.warning && !text.empty()) options_.warning(text);
+    }
     report_.compute = simulation_.compute();
     if (!report_.compute.empty()) say("contact search on " + report_.compute);
     say(simulation_.decision());

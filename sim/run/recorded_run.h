@@ -44,9 +44,12 @@ struct RunOptions {
   // Is called with the simulated time (s) after every step that succeeds, steps of a pilot
   // included. The function may be empty.
   std::function<void(double time)> progress;
-  // Is called with a description of each choice that the run makes by itself, and with warnings
-  // about the case. The function may be empty.
+  // Is called with a description of each choice that the run makes by itself. The function may be
+  // empty.
   std::function<void(const std::string& text)> notice;
+  // Is called with each warning that the run is not what the case seems to ask for. The function
+  // may be empty.
+  std::function<void(const std::string& text)> warning;
   // A nonzero value asks the run to stop; the run then ends at the latest after the current step. A
   // signal handler may set the value. The pointer may be null.
   const std::atomic<int>* stop_signal = nullptr;
