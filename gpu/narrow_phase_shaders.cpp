@@ -110,7 +110,8 @@ double on_edge(dvec3 from_start, dvec3 edge, out dvec3 separation) {
   precise double parameter = along <= 0.0lf ? 0.0lf
                              : along >= squared_length ? 1.0lf
                                                          : quotient(along, squared_length);
-  precise dvec3 inner = from_start - scaled(parameter, edge);
+  precise dvec3 rounded = from_start - scaled(parameter, edge);
+  precise dvec3 inner = rounded - scaled(quotient(dot_of(rounded, edge), squared_length), edge);
   separation = along <= 0.0lf ? from_start : along >= squared_length ? from_start - edge : inner;
   return parameter;
 }

@@ -32,8 +32,11 @@ Closest closest_on_edge_opposite(int corner, const Vec3& point, const std::array
   closest.weight[from + 1] = parameter - 1;
   closest.weight[to + 1] = -parameter;
   closest.separation = parameter < 1 ? Vec3(point - x[from] - parameter * edge) : point - x[to];
-  closest.squared_distance = closest.separation.squaredNorm();
   closest.free_directions = parameter > 0 && parameter < 1 ? 1 : 0;
+  // As in proximity.cpp, rounding must not turn a short separation towards the edge.
+  if (closest.free_directions == 1)
+    closest.separation -= (closest.separation.dot(edge) / squared_length) * edge;
+  closest.squared_distance = closest.separation.squaredNorm();
   return closest;
 }
 
