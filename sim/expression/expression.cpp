@@ -217,11 +217,11 @@ struct Expression::Evaluator {
   std::vector<std::string> texts;
 };
 
-Expression::Expression(const LocatedText& text, std::vector<ExpressionVariable> variables)
-    : Expression(text, tokens_of(text), std::move(variables)) {}
+Expression::Expression(const LocatedText& text, const std::vector<ExpressionVariable>& variables)
+    : Expression(text, tokens_of(text), variables) {}
 
 Expression::Expression(const LocatedText& text, std::vector<Token> tokens,
-                       std::vector<ExpressionVariable> variables)
+                       const std::vector<ExpressionVariable>& variables)
     : evaluator_(std::make_unique<Evaluator>()) {
   check_grammar(text, tokens, functions());
   Translation translation(text, tokens, variables);

@@ -30,11 +30,11 @@ struct ExpressionVariable {
 class Expression {
  public:
   // Throws CaseError at the character at fault. Its hint names the nearest variable or function.
-  Expression(const LocatedText& text, std::vector<ExpressionVariable> variables);
+  Expression(const LocatedText& text, const std::vector<ExpressionVariable>& variables);
   // Reads an expression from its tokens, of which the last is of the kind `end`. The caller may
   // have put tokens of the kind `variable` in the place of others.
   Expression(const LocatedText& text, std::vector<Token> tokens,
-             std::vector<ExpressionVariable> variables);
+             const std::vector<ExpressionVariable>& variables);
   ~Expression();
   Expression(Expression&&) noexcept;
   Expression& operator=(Expression&&) noexcept;
