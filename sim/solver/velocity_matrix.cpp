@@ -37,6 +37,8 @@ void VelocityMatrix::form(double gamma) {
   is_single_ = may_be_single_ && is_far_above_rounding(gamma);
   if (is_single_) {
     form_in(damped_single_, gamma);
+    if (diagonals_.is_empty()) diagonals_ = DiagonalStorage(pattern());
+    diagonals_.assign(damped_single_, threads());
   } else {
     form_in(damped_, gamma);
   }
@@ -133,7 +135,7 @@ void VelocityMatrix::add_contact_product(std::span<const Vec3> in, std::span<Vec
 
 void VelocityMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out) const {
   if (is_single_) {
-    damped_single_.multiply(in, out, threads());
+    diagonals_.multiply(damped_single_, in, out, threads());
   } else if (dynamics_.has_damping()) {
     damped_.multiply(in, out, threads());
   } else {

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/matrix/diagonal_storage.h"
 #include "sim/motion/dynamics.h"
 
 namespace weft::sim {
@@ -19,8 +20,8 @@ class VelocityMatrix {
 
   // Forms A for this gamma (s) from the K and D that the dynamics assembled last. If the dynamics
   // store no D, nothing is stored here, and products read K. Otherwise, A without contact is
-  // stored, in single precision where that is enough (docs/decisions/0092). O(blocks), less than
-  // the cost of a product.
+  // stored, in single precision where that is enough (docs/decisions/0092), and then in diagonal
+  // storage, too (docs/decisions/0102). O(blocks), about the cost of two products.
   void form(double gamma);
   bool is_single() const { return is_single_; }
   double gamma() const { return gamma_; }
@@ -63,6 +64,7 @@ class VelocityMatrix {
   BlockMatrix damped_;
   SingleBlockMatrix damped_single_;
   bool is_single_ = false;
+  DiagonalStorage diagonals_;  // of damped_single_
   std::vector<int> pinned_;
   double gamma_ = 0;
   std::int64_t version_ = 0;
