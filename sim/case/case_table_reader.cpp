@@ -275,10 +275,13 @@ class ValueReader {
     const auto* value = at.as_integer();
     if (value == nullptr) fail_kind(at, what);
     const std::int64_t whole = value->get();
-    const bool fits =
-        whole >= std::numeric_limits<int>::min() && whole <= std::numeric_limits<int>::max();
-    if (!fits || !field_.limits.allow(static_cast<double>(whole))) {
-      fail(at, what + " is " + std::to_string(whole));
+    const std::string message = what + " is " + std::to_string(whole);
+    if (!field_.limits.allow(static_cast<double>(whole))) fail(at, message);
+    constexpr int least = std::numeric_limits<int>::min(), most = std::numeric_limits<int>::max();
+    if (whole < least || whole > most) {
+      throw CaseError(
+          location_of(at.source()), message,
+          "expected a whole number from " + std::to_string(least) + " to " + std::to_string(most));
     }
     return static_cast<int>(whole);
   }
@@ -296,6 +299,8 @@ class ValueReader {
   std::string string(const toml::node& at, const std::string& what) const {
     const auto* value = at.as_string();
     if (value == nullptr) fail_kind(at, what);
+    // The names of files and datasets end there for the system and for HDF5.
+    if (value->get().find('\0') != std::string::npos) fail(at, what + " has a null character");
     return value->get();
   }
 

@@ -33,6 +33,22 @@ class RandomNumbers {
   std::mt19937_64 engine_;
 };
 
+// Largest distance of a place from the origin, in radii. Rounding moves a place beyond by more than
+// a thousandth of the radius.
+constexpr double farthest_place = 1e12;
+
+// Throws CaseError unless double precision tells the place of a particle to a small part of its
+// radius.
+void require_near(const ParticlesCase& from, const Vec3& place) {
+  const double farthest = farthest_place * from.radius;
+  if (place.cwiseAbs().maxCoeff() <= farthest) return;
+  throw CaseError(from.positions.location,
+                  "particles " + in_quotes(from.name) + " are " +
+                      rounded_text(place.cwiseAbs().maxCoeff()) + " m from the origin",
+                  "expected at most " + rounded_text(farthest) +
+                      " m: rounding moves farther ones by a part of their radius");
+}
+
 std::vector<Vec3> grid_places(const ParticlesCase& from) {
   const PositionsCase& places = from.positions;
   constexpr double usual_spacing = 2.2;  // in radii
@@ -97,6 +113,7 @@ class PackedSpheres {
 std::vector<Vec3> random_places(const ParticlesCase& from) {
   constexpr int most_trials = 2000;  // for one particle
   const PositionsCase& places = from.positions;
+  for (const Vec3& corner : {places.region_min, places.region_max}) require_near(from, corner);
   const Vec3 size = places.region_max - places.region_min;
   RandomNumbers random(places.seed);
   PackedSpheres packed(from.radius);
@@ -182,7 +199,9 @@ double mass_of_sphere(const ParticlesCase& from) {
 }
 
 void add_group(Scene& scene, const ParticlesCase& from) {
-  SceneBody& body = add_points(scene, from, places_of(from, scene.source), mass_of_sphere(from));
+  const std::vector<Vec3> places = places_of(from, scene.source);
+  for (const Vec3& place : places) require_near(from, place);
+  SceneBody& body = add_points(scene, from, places, mass_of_sphere(from));
   body.velocity = from.velocity;
   body.thickness = 2 * from.radius;
   body.self_contact = scene.source.contact.enabled;

@@ -95,9 +95,9 @@ herr_t append_image(hid_t file, const char* name, const H5O_info_t* info, void* 
 // The shape of the dataset that is read: that of an image of positions, or a list [n, 3].
 enum class FileShape { image, list };
 
-bool is_list(const std::vector<hsize_t>& shape) {
-  return shape.size() == 2 && shape[0] > 0 && shape[0] <= (hsize_t{1} << 30) && shape[1] == 3;
-}
+constexpr hsize_t most_points = hsize_t{1} << 30;
+
+bool is_list(const std::vector<hsize_t>& shape) { return shape.size() == 2 && shape[1] == 3; }
 
 // Returns the message for a missing dataset. For an image, the message suggests the image of the
 // file with the nearest name, or lists all images.
@@ -133,6 +133,10 @@ TexelFile read_here(const std::string& path, const std::string& dataset, FileSha
         "dataset " + dataset + " must be numbers shaped " +
         (kind == FileShape::list ? "[n, 3]" : "[rows, cols, 3] or [patches, rows, cols, 3]"));
   }
+  if (kind == FileShape::list && (shape[0] == 0 || shape[0] > most_points)) {
+    access.reject("dataset " + dataset + " holds " + std::to_string(shape[0]) +
+                  " points; expected 1 to " + std::to_string(most_points));
+  }
   if (shape.size() == 4 && shape[0] > 1 && has_frames(file.get(), source.get())) {
     access.reject(
         "dataset " + dataset + " has the " + std::to_string(shape[0]) +
@@ -152,7 +156,7 @@ TexelFile read_here(const std::string& path, const std::string& dataset, FileSha
   access.check(
       H5Dread(source.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, result.texels.data()),
       "read dataset " + dataset);
-  // is_image() and is_list() bound the product of these sizes.
+  // is_image() and most_points bound the product of these sizes.
   result.patches = shape.size() == 4 ? static_cast<int>(shape[0]) : 1;
   result.rows = kind == FileShape::list ? 1 : static_cast<int>(shape[shape.size() - 3]);
   result.cols = static_cast<int>(shape[shape.size() - 2]);

@@ -46,7 +46,9 @@ ConjugateGradients::ConjugateGradients(const VelocityMatrix& matrix, MassOperato
       residual_(matrix.dynamics().particle_count()),
       preconditioned_(residual_.size()),
       direction_(residual_.size()),
-      product_(residual_.size()) {}
+      product_(residual_.size()) {
+  for (double mass : matrix.scene().mass) inverse_mass_.push_back(1 / mass);
+}
 
 ConjugateGradients::Outcome ConjugateGradients::solve(std::span<const Vec3> right_side,
                                                       std::span<const Vec3> weight,
@@ -171,7 +173,7 @@ double ConjugateGradients::advance(double alpha, const Solve& solve) {
           dv[i] += alpha * direction_[i];
           residual_[i] -= alpha * product_[i];
           const double square =
-              residual_[i].cwiseProduct(weight[i]).squaredNorm() / (mass[i] * mass[i]);
+              (inverse_mass_[i] * residual_[i]).cwiseProduct(weight[i]).squaredNorm();
           part.largest = std::max(part.largest, square);
           part.sum += square;
           part.dv += mass[i] * dv[i].squaredNorm();

@@ -84,6 +84,7 @@ class ConjugateGradients {
   MassOperator& mass_;
   PreconditionerSelection& preconditioner_;
   std::function<bool()> stop_;
+  std::vector<double> inverse_mass_;  // 1/kg, by particle: multiplications take less than divisions
   std::vector<Vec3> residual_, preconditioned_;
   std::vector<Vec3> direction_, product_;  // search direction p, and A p
   double rho_ = 1, curvature_ = 0;         // r . P r, and p . A p

@@ -1,8 +1,18 @@
 #include "sim/solver/velocity_system.h"
 
+#include <algorithm>
+
 #include "sim/base/parallel.h"
 
 namespace weft::sim {
+
+namespace {
+
+// Largest velocity b_x / gamma that is left out of a solve, in units of the tolerance of
+// velocities.
+constexpr double negligible_velocity = 1e-6;
+
+}  // namespace
 
 VelocitySystem::VelocitySystem(Dynamics& dynamics)
     : dynamics_(dynamics),
@@ -57,20 +67,41 @@ std::span<const Vec3> VelocitySystem::with_free_velocities(std::span<const Vec3>
   return free_velocity_;
 }
 
+// True if b_x is so small that the solution hardly depends on it. K b_x gamma changes the solution
+// by (M + gamma D + gamma^2 K)^-1 gamma K b_x, which is no larger than b_x / gamma. After the first
+// correction of a step, b_x is a rounding error (docs/decisions/0101).
+bool VelocitySystem::has_negligible_positions(const StateView& right,
+                                              std::span<const Vec3> weight) const {
+  const double bound = negligible_velocity * matrix_.gamma();
+  const auto is_small = [&](int first, int last, char& all) {
+    all = 1;
+    for (int i = first; i < last; ++i) {
+      if (!(right.position[i].cwiseProduct(weight[i]).squaredNorm() <= bound * bound)) all = 0;
+    }
+  };
+  const auto parts =
+      parallel_parts<char>(dynamics_.particle_count(), dynamics_.threads(), is_small);
+  return std::ranges::find(parts, 0) == parts.end();
+}
+
 // Forms M b_v - gamma K b_x, contact included. If the stored stiffness includes D
 // (Dynamics::assemble_joined()), subtracting damping_product() removes D again.
-void VelocitySystem::form_right_side(const StateView& right) {
+void VelocitySystem::form_right_side(const StateView& right, std::span<const Vec3> weight) {
   const MassOperator& mass = dynamics_.mass();
   const double gamma = matrix_.gamma();
   const std::span<const Vec3> velocity = with_free_velocities(right.velocity);
-  dynamics_.stiffness().multiply(right.position, right_side_, dynamics_.threads());
-  parallel_chunks(dynamics_.particle_count(), dynamics_.threads(), [&](int first, int last) {
-    for (int i = first; i < last; ++i)
-      right_side_[i] = mass.row_product(i, velocity.data()) - gamma * right_side_[i];
-  });
   const std::span<const Vec3> damping = dynamics_.damping_product();
+  const bool is_negligible = damping.empty() && has_negligible_positions(right, weight);
+  if (!is_negligible)
+    dynamics_.stiffness().multiply(right.position, right_side_, dynamics_.threads());
+  parallel_chunks(dynamics_.particle_count(), dynamics_.threads(), [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      const Vec3 inertia = mass.row_product(i, velocity.data());
+      right_side_[i] = is_negligible ? inertia : Vec3(inertia - gamma * right_side_[i]);
+    }
+  });
   for (std::size_t i = 0; i < damping.size(); ++i) right_side_[i] -= damping[i];
-  if (dynamics_.contact() != nullptr)
+  if (!is_negligible && dynamics_.contact() != nullptr)
     dynamics_.contact()->subtract_stiffness(gamma, right.position, right_side_);
   matrix_.clear_pinned(right_side_);
 }
@@ -110,7 +141,7 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
   const int count = dynamics_.particle_count();
   const std::span<Vec3> dv(reinterpret_cast<Vec3*>(correction.data()) + count, count);
   preconditioner_.prepare();
-  form_right_side(with_free_positions(right));
+  form_right_side(with_free_positions(right), StateView::of(weight).velocity);
   outcome = conjugate_gradients_.solve(right_side_, StateView::of(weight).velocity, goal, dv);
   if (outcome.stopped) return outcome;
   const bool is_hard = factorisation_.record(gamma, outcome.iterations);

@@ -58,7 +58,8 @@ class VelocitySystem {
  private:
   void factorise(double gamma, std::span<const double> b, std::span<double> correction,
                  Outcome& outcome);
-  void form_right_side(const StateView& right);
+  void form_right_side(const StateView& right, std::span<const Vec3> weight);
+  bool has_negligible_positions(const StateView& right, std::span<const Vec3> weight) const;
   StateView with_free_positions(const StateView& right);
   std::span<const Vec3> with_free_velocities(std::span<const Vec3> velocity);
   void complete_correction(const StateView& right, std::span<double> correction) const;

@@ -34,6 +34,17 @@ std::vector<BadCase> bad_particles() {
               "positions = { type = \"grid\", count = [1, 1, 1] }\n",
        R"(case.toml:5:10: "radius" is -0.1
   expected a number > 0 (m))"},
+      {"number_beyond_integers",
+       head + "[[particles]]\nname = \"balls\"\nradius = 0.1\n"
+              "positions = { type = \"random\", number = 3000000000, region_min = [0, 0, 0], "
+              "region_max = [1, 1, 1] }\n",
+       R"(case.toml:6:41: "number" is 3000000000
+  expected a whole number from -2147483648 to 2147483647)"},
+      {"null_character_in_a_path",
+       head + "[[particles]]\nname = \"balls\"\nradius = 0.1\n"
+              "positions = { type = \"file\", path = \"ok.h5\\u0000junk\", dataset = \"p\" }\n",
+       R"(case.toml:6:37: "path" has a null character
+  expected a string)"},
       {"restitution_above_one", head + balls + "restitution = 1.5\n",
        R"(case.toml:7:15: "restitution" is 1.5
   expected a number >= 0 and <= 1)"},
@@ -149,6 +160,17 @@ INSTANTIATE_TEST_SUITE_P(Cases, BadParticles, testing::ValuesIn(bad_particles())
 std::vector<BadCase> bad_starts() {
   const std::string group = "[[particles]]\nname = \"others\"\nradius = 0.1\n";
   return {
+      {"too_far_for_their_size",
+       head + "[[particles]]\nname = \"balls\"\nradius = 0.1\n"
+              "positions = { type = \"grid\", count = [1, 1, 1], centre = [0, -1e300, 0] }\n",
+       R"(case.toml:6:13: particles "balls" are 1e+300 m from the origin
+  expected at most 1e+11 m: rounding moves farther ones by a part of their radius)"},
+      {"region_too_far",
+       head + "[[particles]]\nname = \"balls\"\nradius = 0.1\n"
+              "positions = { type = \"random\", number = 2, region_min = [-1e308, 0, 0], "
+              "region_max = [1e308, 1, 1] }\n",
+       R"(case.toml:6:13: particles "balls" are 1e+308 m from the origin
+  expected at most 1e+11 m: rounding moves farther ones by a part of their radius)"},
       {"overlap_of_two_groups",
        head + balls + group +
            "positions = { type = \"grid\", count = [1, 1, 1], centre = [0.2, 0.11, 0.15] }\n",
