@@ -120,6 +120,17 @@ void repair(const Scene& scene, const CheckCommand& command) {
   print_repair(scene, repaired, command.new_start);
 }
 
+// Throws CaseError if the picture and the repaired shapes would be the same file.
+void require_two_files(const CheckCommand& command) {
+  const auto whole = [](const std::string& path) {
+    return std::filesystem::absolute(path).lexically_normal();
+  };
+  if (command.picture.empty() || command.new_start.empty()) return;
+  if (whole(command.picture) != whole(command.new_start)) return;
+  throw CaseError({"--picture"}, command.picture + " is the file of --fix-initial, too",
+                  "expected the names of two files");
+}
+
 }  // namespace
 
 int check_case(const CheckCommand& command) {
@@ -128,6 +139,7 @@ int check_case(const CheckCommand& command) {
     title = source.title;
     read_restart(source);
     choose_accuracy(source);
+    require_two_files(command);
     if (!command.picture.empty()) refuse_input_file(command.picture, source, "--picture");
     const std::unique_ptr<const Scene> scene = build_scene(source);
     if (!command.picture.empty()) draw(*scene, command);

@@ -16,6 +16,7 @@
 #include "sim/modes/case_equilibrium.h"
 #include "sim/modes/mode_trajectory.h"
 #include "sim/modes/vibration_modes.h"
+#include "sim/run/input_files.h"
 #include "sim/run/restart.h"
 #include "sim/trajectory/xdmf_file.h"
 
@@ -42,6 +43,9 @@ class Analysis {
     if (!command.writes) return;
     const auto name = std::filesystem::path(command.run.case_path).stem().string() + suffix;
     path_ = (std::filesystem::path(command.run.directory) / (name + ".h5")).string();
+    const auto sidecar = std::filesystem::path(path_).replace_extension(".xdmf");
+    for (const std::string& written : {path_, sidecar.string()})
+      refuse_input_file(written, source_, "Weft");
     TrajectoryWriter::refuse_existing(path_, command.run.force);
   }
 

@@ -177,7 +177,8 @@ void refuse_to_extend(const RunCommand& command, const std::string& trajectory,
 // sidecar or its checkpoint.
 void refuse_input_files(const std::string& trajectory, const Case& source) {
   const auto sidecar = std::filesystem::path(trajectory).replace_extension(".xdmf");
-  for (const std::string& path : {trajectory, sidecar.string(), checkpoint_path(trajectory)})
+  for (const std::string& path : {trajectory, sidecar.string(), checkpoint_path(trajectory),
+                                  unfinished_checkpoint_path(trajectory)})
     refuse_input_file(path, source, "weft run");
 }
 

@@ -1,5 +1,7 @@
 #include "sim/run/run_checkpoint.h"
 
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -32,6 +34,7 @@ std::uint64_t fingerprint_of(std::string_view contents) {
 
 void write_checkpoint_file(const std::string& path, const std::string& contents) {
   const std::uint64_t fingerprint = fingerprint_of(contents);
+  unlink(path.c_str());  // a link would lead to another file
   errno = 0;
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
   file << checkpoint_mark();
@@ -42,6 +45,14 @@ void write_checkpoint_file(const std::string& path, const std::string& contents)
   const int error = errno;
   std::remove(path.c_str());
   throw FileError(path + ": cannot write: " + std::strerror(error != 0 ? error : EIO));
+}
+
+// Throws FileError if `path` names a file that has something else than a checkpoint.
+void refuse_foreign_file(const std::string& path) {
+  std::string begin(mark_of_all_versions.size(), '\0');
+  std::ifstream(path, std::ios::binary).read(begin.data(), std::ssize(begin));
+  if (begin == mark_of_all_versions) return;
+  throw FileError(path + ": is no checkpoint of Weft, and is only overwritten by force (--force)");
 }
 
 }  // namespace
@@ -64,10 +75,15 @@ std::string checkpoint_path(const std::string& trajectory) {
   return std::filesystem::path(trajectory).replace_extension(".checkpoint").string();
 }
 
+std::string unfinished_checkpoint_path(const std::string& trajectory) {
+  return checkpoint_path(trajectory) + ".tmp";
+}
+
 void write_checkpoint(const std::string& trajectory, RunCheckpoint checkpoint) {
   StateArchive archive;
   checkpoint.transfer(archive);
-  const std::string path = checkpoint_path(trajectory), temporary = path + ".tmp";
+  const std::string path = checkpoint_path(trajectory);
+  const std::string temporary = unfinished_checkpoint_path(trajectory);
   write_checkpoint_file(temporary, archive.bytes());
   if (std::rename(temporary.c_str(), path.c_str()) == 0) return;
   const int error = errno;
@@ -103,16 +119,17 @@ std::optional<RunCheckpoint> read_checkpoint(const std::string& trajectory) {
 }
 
 void refuse_foreign_checkpoint(const std::string& trajectory, bool force) {
+  namespace fs = std::filesystem;
   const std::string path = checkpoint_path(trajectory);
-  if (!std::filesystem::exists(path)) return;
-  if (!std::filesystem::is_regular_file(path)) throw FileError(path + ": is not a regular file");
+  if (fs::exists(path) && !fs::is_regular_file(path))
+    throw FileError(path + ": is not a regular file");
   if (force) return;
-  std::string begin(mark_of_all_versions.size(), '\0');
-  std::ifstream(path, std::ios::binary).read(begin.data(), std::ssize(begin));
-  if (begin != mark_of_all_versions) {
-    throw FileError(path +
-                    ": is no checkpoint of Weft, and is only overwritten by force (--force)");
-  }
+  if (fs::exists(path)) refuse_foreign_file(path);
+  // A run that was killed leaves an empty file, or the beginning of a checkpoint.
+  const std::string unfinished = unfinished_checkpoint_path(trajectory);
+  const fs::file_status status = fs::symlink_status(unfinished);
+  const bool is_file = fs::is_regular_file(status) && fs::file_size(unfinished) > 0;
+  if (is_file || fs::is_symlink(status)) refuse_foreign_file(unfinished);
 }
 
 void remove_checkpoint(const std::string& trajectory) {

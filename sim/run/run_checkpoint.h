@@ -40,6 +40,8 @@ struct RunCheckpoint {
 
 // Returns the path of the checkpoint of a trajectory: its path with the extension .checkpoint.
 std::string checkpoint_path(const std::string& trajectory);
+// Returns the path of the file that becomes the checkpoint once it is complete.
+std::string unfinished_checkpoint_path(const std::string& trajectory);
 
 // Replaces the checkpoint of a trajectory at once: a process that is killed leaves the old or the
 // new one. Throws FileError.

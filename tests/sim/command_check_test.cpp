@@ -92,11 +92,12 @@ TEST_F(CommandCheck, FixInitialNamesFilesAcrossLinks) {
   }
 }
 
-// The files that a run writes are its trajectory, the sidecar of that and the checkpoint.
+// The files that a run writes are its trajectory, the sidecar of that and the checkpoint, whose
+// file has another name until it is complete.
 TEST_F(CommandCheck, ARunNeverOverwritesTheShapesOfItsCase) {
   write("crossed.toml", crossed_sheets);
-  for (const std::string shapes :
-       {"out/crossed.h5", "out/crossed.xdmf", "out/crossed.checkpoint"}) {
+  for (const std::string shapes : {"out/crossed.h5", "out/crossed.xdmf", "out/crossed.checkpoint",
+                                   "out/crossed.checkpoint.tmp"}) {
     const Result fixed = weft({"check", "crossed.toml", "--fix-initial", shapes});
     ASSERT_EQ(fixed.code, exit_code::done) << fixed.err;
     const std::string before = read_bytes(path(shapes));
@@ -309,6 +310,12 @@ TEST_F(CommandCheck, PictureShowsTheIntersections) {
   EXPECT_EQ(apart.code, exit_code::done) << apart.err;
   EXPECT_TRUE(holds(apart.out, "0 intersecting pairs")) << apart.out;
   EXPECT_GT(red_pixels(path("crossed.png")), red_pixels(path("apart.png")) + 2000);
+
+  const Result twice = weft(
+      {"check", "crossed.toml", "--picture", "new.png", "--fix-initial", "./new.png", "--force"});
+  EXPECT_EQ(twice.code, exit_code::bad_case);
+  EXPECT_TRUE(holds(twice.err, "new.png is the file of --fix-initial, too")) << twice.err;
+  EXPECT_FALSE(exists("new.png"));
 
   write("mine.png", "mine");
   const Result foreign = weft({"check", "crossed.toml", "--picture", "mine.png"});

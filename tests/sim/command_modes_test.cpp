@@ -220,5 +220,27 @@ TEST_F(CommandModes, FailsWithTheReasonAndWithoutAFile) {
                  exit_code::numerical_failure, "no equilibrium is found");
 }
 
+// Not even with --force: the case reads its shape from there.
+TEST_F(CommandModes, KeepTheFilesOfTheirCase) {
+  ASSERT_EQ(weft({"run", benchmark("plate_modes_ssss"), "--quiet", "-o", "first", "--set",
+                  "time.duration=0.001", "--set", "output.velocity=true", "--set",
+                  "time.method=\"cvode\""})
+                .code,
+            exit_code::done);
+  std::filesystem::create_directory(path("out"));
+  for (const std::string file :
+       {"out/plate_modes_ssss_modes.h5", "out/plate_modes_ssss_modes.xdmf"}) {
+    std::filesystem::copy_file(path("first/plate_modes_ssss.h5"), path(file));
+    const std::string before = read_bytes(path(file));
+    const Result result = run("modes", "plate_modes_ssss",
+                              {"-n", "1", "-o", "out", "--force", "--set",
+                               "restart={path=\"" + path(file).string() + "\", time=0}"});
+    EXPECT_EQ(result.code, exit_code::bad_case) << result.err;
+    EXPECT_NE(result.err.find("the case reads this file"), std::string::npos) << result.err;
+    EXPECT_EQ(read_bytes(path(file)), before);
+    std::filesystem::remove(path(file));
+  }
+}
+
 }  // namespace
 }  // namespace weft::sim::command_modes_test

@@ -323,6 +323,30 @@ TEST_F(CommandResume, GoesOnWhereTheFirstCheckpointFailed) {
   }
 }
 
+// Nor does it write through a link of that name. What a killed run has left there is overwritten.
+TEST_F(CommandResume, KeepsAForeignFileWithTheNameOfAnUnfinishedCheckpoint) {
+  write("test.toml", contact_case);
+  const Arguments brief{"--set", "time.duration=0.02"};
+  std::filesystem::create_directories(path("out"));
+  const std::string name = "out/test.checkpoint.tmp";
+  write(name, "my own file, which is precious");
+  EXPECT_EQ(weft(run_arguments("out", brief)).code, exit_code::input_output);
+  EXPECT_EQ(read_bytes(path(name)), "my own file, which is precious");
+  std::filesystem::rename(path(name), path("mine"));
+  std::filesystem::create_symlink("../mine", path(name));
+  EXPECT_EQ(weft(run_arguments("out", brief)).code, exit_code::input_output);
+  EXPECT_EQ(weft(run_arguments("out", {"--force", "--set", "time.duration=0.02"})).code,
+            exit_code::done);
+  EXPECT_EQ(read_bytes(path("mine")), "my own file, which is precious");
+  std::filesystem::remove_all(path("out"));
+  for (const std::string left : {"", "weft checkpoint 1, ver"}) {
+    std::filesystem::create_directories(path("out"));
+    write(name, left);
+    EXPECT_EQ(weft(run_arguments("out", brief)).code, exit_code::done) << left;
+    std::filesystem::remove_all(path("out"));
+  }
+}
+
 TEST_F(CommandResume, ForceBeginsAnewWithoutTheOldCheckpoint) {
   write("test.toml", contact_case);
   run("out", exit_code::done, {"--set", "time.duration=0.05"});
