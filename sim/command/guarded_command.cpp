@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "sim/base/file_error.h"
+#include "sim/base/memory_shortage.h"
 #include "sim/base/reading_process.h"
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
@@ -60,6 +61,8 @@ int report_faults(const RunCommand& command,
   } catch (const CaseError& error) {
     return refuse(exit_code::bad_case, error.what());
   } catch (const FileError& error) {
+    return refuse(exit_code::input_output, error.what());
+  } catch (const MemoryShortage& error) {
     return refuse(exit_code::input_output, error.what());
   } catch (const std::bad_alloc&) {
     return refuse(exit_code::input_output, "weft: needs more memory than there is");

@@ -2,12 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <string>
 
 #include "bsi/detail/feature_batches.h"
 #include "bsi/detail/team.h"
+#include "sim/base/memory_shortage.h"
+#include "sim/case/case_text.h"
+#include "sim/case/memory_estimate.h"
 #include "sim/contact/path_box.h"
 #include "sim/contact/surface_features.h"
 
@@ -396,6 +401,19 @@ void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_
   });
 }
 
+// Memory of a pair (bytes): in the list of its chunk and, at the same time, in the joined list.
+constexpr double bytes_per_pair = 2 * sizeof(FeaturePair);
+
+[[noreturn]] void refuse_lists(const Scene& scene, const CandidateList& list) {
+  const std::string &a = scene.bodies[list.body_a].name, &b = scene.bodies[list.body_b].name;
+  throw MemoryShortage("the pairs of triangles and edges near each other of " + in_quotes(a) +
+                           (list.is_self() ? "" : " and " + in_quotes(b)) +
+                           " take more memory than the limit of " +
+                           memory_text(memory_limit(scene.source)) +
+                           ": thickness, contact.range or contact.search_slack is many edges long",
+                       list.body_a, list.body_b);
+}
+
 }  // namespace
 
 void collect_features(const Scene& scene, const CandidateList& list, const FeatureQuery& query,
@@ -415,10 +433,12 @@ void collect_features(const Scene& scene, const CandidateList& list, const Featu
       list.is_self() ? std::nullopt : std::optional<BoxedFeatures>(std::in_place, b, path);
   const int threads = scene.threads;
   bsi::SharedCount next(chunks);
+  const auto most_pairs = static_cast<std::int64_t>(memory_limit(scene.source) / bytes_per_pair);
+  std::atomic<std::int64_t> listed = 0;
   bsi::run_team(std::min(threads, chunks), [&] {
     Gatherer gatherer(scene, list, of_a, of_b ? *of_b : of_a, reach, parts);
     std::vector<bsi::PairInReach> in_reach;
-    for (int c = 0; next.take(c);) {
+    for (int c = 0; next.take(c) && listed <= most_pairs;) {
       const std::size_t first = static_cast<std::size_t>(c) * quad_pairs_per_chunk;
       const Batches& batches = gatherer.gather(quad_pairs.subspan(
           first, std::min<std::size_t>(quad_pairs_per_chunk, quad_pairs.size() - first)));
@@ -427,9 +447,11 @@ void collect_features(const Scene& scene, const CandidateList& list, const Featu
                       batches[which], path, reach_of(reach, which), in_reach,
                       found[c].lists[which]);
         found[c].looked_at += static_cast<std::int64_t>(batches[which].features.size());
+        listed += std::ssize(found[c].lists[which]);
       }
     }
   });
+  if (listed > most_pairs) refuse_lists(scene, list);
   const auto lists = lists_of(pairs);
   for (int which = 0; which < list_count; ++which) {
     if (has_neighbours(which) && reach.first_near == nullptr && reach.second_near == nullptr)

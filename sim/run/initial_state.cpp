@@ -5,9 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "sim/base/memory_shortage.h"
 #include "sim/case/case_error.h"
 #include "sim/case/case_text.h"
 #include "sim/contact/contact.h"
+#include "sim/contact/contact_search.h"
 #include "sim/forces/force_arrays.h"
 #include "sim/particles/sphere_starts.h"
 
@@ -124,23 +126,56 @@ void refuse_overlap_of_particle(const ContactFault& fault, const Scene& scene) {
       "expected particles with a gap around them");
 }
 
-void refuse_missing_gaps(const Scene& scene) {
+[[noreturn]] void refuse(const ContactFault& fault, const Scene& scene) {
+  refuse_overlap_of_particle(fault, scene);
+  throw CaseError(location_of(fault, scene),
+                  "the initial state cannot be simulated: " + fault.describe(scene),
+                  hint_for(fault, scene));
+}
+
+// Throws CaseError if a vertex is found within the thickness of another body. Stops looking after
+// some comparisons. A thickness in the wrong unit is answered at once: with it, the search for
+// contacts would list all pairs of triangles first, which can take minutes and most of the memory.
+void refuse_close_vertices(const Scene& scene) {
+  if (!scene.sewn.is_empty()) return;
+  int comparisons_left = 1'000'000;
+  std::vector<Vec3> room;
+  const auto points = scene.surface_map.points_of(scene.initial_position, scene.point_count, room);
+  for (const CandidateList& list : neighbours_at_start(scene)) {
+    const SceneBody &a = scene.bodies[list.body_a], &b = scene.bodies[list.body_b];
+    if (list.is_self() || a.spheres != nullptr || b.spheres != nullptr) continue;
+    for (int i = a.first_point; i < a.first_point + a.point_count(); ++i) {
+      if (!scene.is_free_point(i)) continue;
+      for (const std::array<int, 3>& corners : b.surface_mesh().triangles) {
+        if (--comparisons_left < 0) return;
+        const int other = corners[0] + b.first_point;
+        const double gap = (points[i] - points[other]).norm() - list.thickness;
+        if (!(gap <= 0)) continue;
+        refuse({ContactFault::Kind::touching,
+                {i, other, corners[1] + b.first_point, corners[2] + b.first_point},
+                gap},
+               scene);
+      }
+    }
+  }
+}
+
+void refuse_missing_gaps(const Scene& scene) try {
+  refuse_close_vertices(scene);
   Statistics unused;
   Contact contact(scene, unused);
   double smallest_gap = 0;
-  const auto fault = contact.check_state(scene.initial_position, &smallest_gap);
-  if (fault) {
-    refuse_overlap_of_particle(*fault, scene);
-    throw CaseError(location_of(*fault, scene),
-                    "the initial state cannot be simulated: " + fault->describe(scene),
-                    hint_for(*fault, scene));
-  }
+  if (const auto fault = contact.check_state(scene.initial_position, &smallest_gap))
+    refuse(*fault, scene);
   const auto curved = contact.check_path(scene.initial_position, scene.initial_position);
   if (curved && curved->kind == ContactFault::Kind::curved) {
     throw CaseError(location_of(*curved, scene),
                     "the initial state cannot be simulated: " + curved->describe(scene),
                     "expected bodies farther apart, or a shell that its image resolves better");
   }
+} catch (const MemoryShortage& shortage) {
+  throw CaseError(later_location(scene, shortage.body_a, shortage.body_b), shortage.what(),
+                  "expected fewer vertices, shorter distances, or a larger compute.memory_limit");
 }
 
 void refuse_strain(const Scene& scene) {

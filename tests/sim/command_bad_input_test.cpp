@@ -110,6 +110,47 @@ shape = { type = "rectangle", size = [1, 1], resolution = [2, 2] }
       "  expected fewer vertices, or a larger compute.memory_limit\n");
 }
 
+TEST_F(CommandBadInput, RefusesListsOfContactBeyondTheMemory) {
+  write("wide.toml", R"([compute]
+memory_limit = 60
+[contact]
+range = 1.5
+[[body]]
+name = "upper"
+shape = { type = "rectangle", size = [1, 1], resolution = [33, 33] }
+[[body]]
+name = "lower"
+position = [0, 0, -0.1]
+shape = { type = "rectangle", size = [1, 1], resolution = [33, 33] }
+)");
+  expect_case_refused(
+      {"wide.toml"},
+      "wide.toml:8:1: the pairs of triangles and edges near each other of \"upper\" and "
+      "\"lower\" take more memory than the limit of 60 MiB: thickness, contact.range or "
+      "contact.search_slack is many edges long\n"
+      "  expected fewer vertices, shorter distances, or a larger compute.memory_limit\n");
+}
+
+// A thickness in mm for one in m: the lists of such a scene would take gigabytes.
+TEST_F(CommandBadInput, RefusesAThicknessInTheWrongUnitAtOnce) {
+  write("thick.toml", R"([compute]
+memory_limit = 40
+[[body]]
+name = "sheet"
+thickness = 2
+shape = { type = "rectangle", size = [1, 1], resolution = [33, 33] }
+[[obstacle]]
+name = "ball"
+position = [0, 0, -0.1]
+shape = { type = "sphere", radius = 0.05, resolution = [33] }
+)");
+  expect_case_refused(
+      {"thick.toml"},
+      "thick.toml:7:1: the initial state cannot be simulated: no gap is left between the features "
+      "at body \"sheet\", row 0, column 0 and obstacle \"ball\", patch 0, row 1, column 0 (gap "
+      "-0.280588 m)\n  move the bodies apart, or make thickness smaller\n");
+}
+
 TEST_F(CommandBadInput, TakesASceneJustBelowTheMemoryLimit) {
   write("sheet.toml", sheet_case);
   Case source = read_case(path("sheet.toml").string());
