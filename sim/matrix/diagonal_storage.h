@@ -28,7 +28,7 @@ class DiagonalStorage {
   // Returns the number of rows that a product handles several at a time.
   int grouped_rows() const;
   // Copies the blocks of the matrix, which has the pattern of this object. O(blocks), about the
-  // cost of two products.
+  // cost of three products.
   void assign(const SingleBlockMatrix& matrix, int threads);
   // Computes out = matrix * in, summed in double. Preconditions: assign() was called with this
   // matrix, and `in` and `out` have one entry per row. O(blocks).

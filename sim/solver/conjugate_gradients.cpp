@@ -47,7 +47,7 @@ ConjugateGradients::ConjugateGradients(const VelocityMatrix& matrix, MassOperato
       preconditioned_(residual_.size()),
       direction_(residual_.size()),
       product_(residual_.size()) {
-  for (double mass : matrix.scene().mass) inverse_mass_.push_back(1 / mass);
+  for (const double each : matrix.scene().mass) inverse_mass_.push_back(1 / each);
 }
 
 ConjugateGradients::Outcome ConjugateGradients::solve(std::span<const Vec3> right_side,

@@ -21,7 +21,7 @@ class VelocityMatrix {
   // Forms A for this gamma (s) from the K and D that the dynamics assembled last. If the dynamics
   // store no D, nothing is stored here, and products read K. Otherwise, A without contact is
   // stored, in single precision where that is enough (docs/decisions/0092), and then in diagonal
-  // storage, too (docs/decisions/0102). O(blocks), about the cost of two products.
+  // storage, too (docs/decisions/0102). O(blocks), about the cost of three products.
   void form(double gamma);
   bool is_single() const { return is_single_; }
   double gamma() const { return gamma_; }
