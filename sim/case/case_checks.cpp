@@ -33,6 +33,10 @@ constexpr double high_order_tolerance = 1e-6;  // m; largest position_tolerance 
 // Factor by which a value may exceed its limit due to rounding: 0.005 * 7e-3 and 3.5e-5 differ in
 // the last bit.
 constexpr double rounding = 1 + 1e-9;
+// Smallest time_scale of a gust per minimum_step. Steps in a gust are at most 0.0193 of its
+// time_scale (sim/scene/gust.h). Where several share an interval they may be half as long, but no
+// shorter than minimum_step.
+constexpr double gust_per_minimum_step = 104;
 
 class CaseChecker {
  public:
@@ -114,6 +118,18 @@ class CaseChecker {
       fail("time.maximum_step", "the maximum_step is " + number_text(*time.maximum_step) + " s",
            "expected more than the minimum_step, " + number_text(time.minimum_step) + " s");
     }
+    gust();
+  }
+
+  // Refuses gusts whose fastest wave steps of time.minimum_step do not resolve.
+  void gust() const {
+    const auto* gust = std::get_if<GustCase>(&case_.world.wind.form);
+    const double least = gust_per_minimum_step * case_.time.minimum_step;
+    if (gust == nullptr || gust->time_scale * rounding >= least) return;
+    fail("world.wind.time_scale",
+         "the time_scale of the gusts is " + number_text(gust->time_scale) + " s",
+         "expected at least " + number_text(gust_per_minimum_step) + " times the minimum_step, " +
+             rounded_text(least) + " s");
   }
 
   // Returns `first` if the case gives a value at that path, else `second`.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <sstream>
 
 #include "sim/case/case_schema.h"
 #include "sim/case/case_text.h"
@@ -191,6 +192,20 @@ std::string toml_string(const std::string& text) {
     }
   }
   return result + '"';
+}
+
+std::string without_obsolete_keys(const std::string& text) {
+  std::istringstream lines(text);
+  std::string result, line;
+  bool is_load = false, is_area = false;
+  while (std::getline(lines, line)) {
+    if (line.starts_with('[')) is_load = line == "[[load]]";
+    if (line.starts_with("type = "))
+      is_area = line == "type = \"area\"" || line == "type = \"pressure\"";
+    if (is_load && is_area && line == "patch = 0") continue;
+    result += line + '\n';
+  }
+  return result;
 }
 
 std::string motion_text(const Case& source) {

@@ -19,6 +19,10 @@ std::string case_text(const Case& source);
 // [outputs], the duration, and the words of source.accuracy_choice.
 std::string motion_text(const Case& source);
 
+// Returns a text of case_text() or motion_text() of an older Weft in the form of this one: without
+// the "patch = 0" of loads on areas, which they have no longer. Other texts stay as they are.
+std::string without_obsolete_keys(const std::string& text);
+
 // Returns the value of a field as TOML. Returns an empty text for a table, an empty list or an
 // absent value; but an absent whole number is "auto".
 std::string value_text(const Field& field);

@@ -9,6 +9,7 @@
 #include "sim/case/case_schema.h"
 #include "sim/case/case_shape_checks.h"
 #include "sim/case/case_text.h"
+#include "sim/case/membrane_stiffness.h"
 
 namespace weft::sim {
 
@@ -36,10 +37,10 @@ class SupportChecker {
     throw CaseError(locations_.value(path), message, hint);
   }
 
-  bool is_shell(const BodyCase& body) const {
-    const auto material = std::ranges::find(case_.material, body.material, &MaterialCase::name);
-    return material != case_.material.end() && material->is_shell();
+  const MaterialCase& material_of(const BodyCase& body) const {
+    return *std::ranges::find(case_.material, body.material, &MaterialCase::name);
   }
+  bool is_shell(const BodyCase& body) const { return material_of(body).is_shell(); }
 
   void pin(const BodyCase& body, const PinCase& pin, const std::string& path) const {
     const std::string key = pin.symmetry ? "symmetry_normal" : "axes";
@@ -52,6 +53,12 @@ class SupportChecker {
       fail(join_path(path, key),
            in_quotes(key) + " does not go with a hold_time or release_time of the same body",
            "expected pins that hold all the time");
+    }
+    // The springs of axes are a multiple of this stiffness, and would hold nothing.
+    if (!pin.symmetry && !is_shell(body) && largest_membrane_stiffness(material_of(body)) == 0) {
+      fail(join_path(path, key), "axes of a membrane without stiffness, which give it no hold",
+           "expected membrane_stiffness > 0 in " + heading(join_path("material", body.material)) +
+               ", or a pin without axes");
     }
     if (!pin.symmetry) return;
     if (pin.symmetry->isZero(0))
@@ -96,10 +103,8 @@ class SupportChecker {
                   : std::vector<std::string>{"region_min", "region_max"};
     for (const char* key :
          {"corners", "edges", "rows", "cols", "patch", "region_min", "region_max"}) {
-      // The first patch is the default, which resolved texts have, too.
       if (!locations_.given(join_path(path, key)) ||
-          std::ranges::find(allowed, key) != allowed.end() ||
-          (key == std::string("patch") && load.vertices.patch == 0))
+          std::ranges::find(allowed, key) != allowed.end())
         continue;
       fail(join_path(path, key), in_quotes(key) + " does not select what this type of load acts on",
            "expected " + quoted_list(allowed));

@@ -25,8 +25,10 @@ std::vector<Field> fields_of(VertexSelection& target) {
           .entries(2, 2),
       field("patch", &patch, "", at_least(0),
             "Patch in which corners, edges, rows and cols are counted."),
-      field("region_min", &region_min, "m", any,
-            "Lower corner of a box in space. It selects all vertices that are in it at the start."),
+      field(
+          "region_min", &region_min, "m", any,
+          "Lower corner of a box in space. It selects all vertices that are in it at the start; of "
+          "a shell, those whose points of its surface are."),
       field("region_max", &region_max, "m", any, "Upper corner of the box."),
   };
 }
@@ -207,7 +209,10 @@ Table describe(LoadCase& target) {
           .needed()
           .only_for("type", {"moment"}),
   }};
-  for (Field& each : fields_of(vertices)) result.fields.push_back(std::move(each));
+  for (Field& each : fields_of(vertices)) {
+    if (each.key == "patch") each.only_for("type", {"point", "line", "moment"});
+    result.fields.push_back(std::move(each));
+  }
   result.location = &location;
   return result;
 }

@@ -34,7 +34,8 @@ Table describe_gust(GustCase& target) {
             "Standard deviation of the speed, as a fraction of the mean speed.")
           .needed(),
       field("time_scale", &time_scale, "s", positive,
-            "Integral time scale: gusts last about as long.")
+            "Integral time scale: gusts last about as long. At least 104 times "
+            "time.minimum_step.")
           .needed(),
       field("seed", &seed, "", at_least(0), "Number that chooses the sequence of gusts."),
   }};

@@ -49,6 +49,9 @@ class AcceptedStep {
 
   // Writes the positions and velocities of moving pins at time() to state().
   void place_pins() { dynamics_.place_pins(time_, state_); }
+  // Applies Dynamics::match_supports() to state(). To be called at the start of a step: state()
+  // also ends the last step, within which frames are interpolated.
+  void match_supports() { dynamics_.match_supports(time_, state_); }
   // Continues from the state `y` at `time` (s), without a last step.
   void restart(double time, std::span<const double> y);
 

@@ -288,6 +288,7 @@ std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
 
 void CvodeIntegrator::Implementation::begin_anew() {
   accepted.place_pins();
+  accepted.match_supports();
   std::copy(accepted.state().begin(), accepted.state().end(), values(y).begin());
   earlier = counts();
   unsettled = 0;

@@ -94,6 +94,7 @@ std::optional<Failure> OneStepIntegrator::step() {
   if (counts_.steps == 0) {
     if (auto reason = refusal()) return reason;
   }
+  if (motion_limits_.apply()) accepted_.match_supports();
   std::optional<StepLimit> failed;  // cause of the last failed trial
   for (;;) {
     dynamics_.begin_step(time());

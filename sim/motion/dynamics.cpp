@@ -7,6 +7,7 @@
 #include "sim/base/parallel.h"
 #include "sim/case/time_methods.h"
 #include "sim/motion/particle_masses.h"
+#include "sim/scene/sliding_supports.h"
 
 namespace weft::sim {
 
@@ -148,6 +149,7 @@ std::vector<double> Dynamics::initial_state() const {
   for (int i = 0; i < scene_.dynamic_particles; ++i)
     append(scene_.is_free(i) ? scene_.initial_velocity(i) : Vec3(Vec3::Zero()));
   place_pins(0, y);
+  match_supports(0, y);
   return y;
 }
 
@@ -236,6 +238,25 @@ void Dynamics::place_pins(double time, std::span<double> y) const {
       v[held.particles[i]] = velocity[i];
     }
   });
+}
+
+void Dynamics::match_supports(double time, std::span<double> y) const {
+  if (traits_of(scene_.source.time.method).finds_equilibria()) return;
+  auto* const velocity = reinterpret_cast<Vec3*>(y.data()) + scene_.dynamic_particles;
+  bool has_changed = false;
+  for (int b = 0; b < scene_.dynamic_bodies; ++b) {
+    const SceneBody& body = scene_.bodies[b];
+    if (!body.supports) continue;
+    const auto jumps = [&](const MotionEvent& event) {
+      return event.jumps && std::abs(event.time - time) <= scene_.source.time.minimum_step;
+    };
+    if (time > 0 && std::ranges::none_of(events_of(*body.supports), jumps)) continue;
+    match_velocities(
+        *body.supports, time,
+        {velocity + body.first_particle, static_cast<std::size_t>(body.particle_count())});
+    has_changed = true;
+  }
+  if (has_changed) place_pins(time, y);  // pins go before supports
 }
 
 void Dynamics::advance_pins(double time, double factor, std::span<double> y) const {

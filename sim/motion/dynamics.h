@@ -185,6 +185,9 @@ class Dynamics {
   // Writes the positions and velocities of moving pins at `time` to y. At a jump, writes the values
   // after the jump.
   void place_pins(double time, std::span<double> y) const;
+  // At t = 0, and where the velocity of a sliding support jumps, sets the velocities of y that
+  // supports hold to those after the jump. Searches for equilibria have no velocities.
+  void match_supports(double time, std::span<double> y) const;
   // Adds factor * y' to the entries of moving pins in y. Other entries keep their values.
   void advance_pins(double time, double factor, std::span<double> y) const;
   // Checks that surfaces provably stay apart on the path from `start` to `end`, which are positions

@@ -6,6 +6,7 @@
 #include "sim/case/time_methods.h"
 #include "sim/motion/particle_masses.h"
 #include "sim/scene/scene_curves.h"
+#include "sim/scene/sliding_supports.h"
 
 namespace weft::sim {
 
@@ -27,6 +28,13 @@ ExternalWork::ExternalWork(Dynamics& dynamics, std::span<const double> y, double
   for (const MotionEvent& event : SceneCurves(scene.source).events()) {
     if (event.jumps) jumps_.push_back(event.time);
   }
+  for (int b = 0; b < scene.dynamic_bodies; ++b) {
+    if (!scene.bodies[b].supports) continue;
+    for (const MotionEvent& event : events_of(*scene.bodies[b].supports)) {
+      if (event.jumps) jumps_.push_back(event.time);
+    }
+  }
+  std::ranges::sort(jumps_);
   force_.resize(moved_.size());
   place_ = last_place_ = last_force_ = force_;
   if (!is_possible()) return;
@@ -73,14 +81,21 @@ void ExternalWork::add_step(double time, std::span<const double> y) {
 }
 
 // Returns the power (W) of external forces at the start of the next step, after any jump at `time`.
+// Adds the kinetic energy that supports supply by a jump of their velocity. What they take is left
+// out: some methods take it at the start of the next step.
 double ExternalWork::power_after_jump(double time, std::span<const double> y) {
   const double nearby = dynamics_.scene().source.time.minimum_step;
   const auto jump = std::ranges::lower_bound(jumps_, time - nearby);
   const bool jumps = jump != jumps_.end() && *jump <= time + nearby;
   if (!jumps || !counts_external_) return power_;
+  std::vector<double> after(y.begin(), y.end());
+  dynamics_.match_supports(time, after);
+  const std::span<const Vec3> v = StateView::of(y).velocity, w = StateView::of(after).velocity;
+  const MassOperator& inertia = dynamics_.mass();
+  work_ += std::max(0.0, 0.5 * (inertia.product(w, w, 1) - inertia.product(v, v, 1)));
   const double step_start = dynamics_.step_start();
   dynamics_.begin_step(time);
-  const double power = dynamics_.external_power(time, y);
+  const double power = dynamics_.external_power(time, after);
   dynamics_.begin_step(step_start);
   return power;
 }

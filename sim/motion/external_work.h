@@ -23,6 +23,9 @@ namespace weft::sim {
 // becomes motion and strain. P already includes the losses by drag. If wind, drag or a load jumps
 // between two steps, each step uses the value of P on its own side of the jump.
 //
+// If the velocity of sliding supports jumps, `work` also has the kinetic energy that the particles
+// gain by Dynamics::match_supports(). Losses are left out, so that `work` stays an upper bound.
+//
 // A varying gravity g has no potential. EnergyWatch uses the energy -g . S with the present g,
 // where S = sum m x over the free particles. Corrections make the work of gravity in a step (g0 +
 // g1) / 2 . (S1 - S0):

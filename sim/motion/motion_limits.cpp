@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "sim/case/case_text.h"
 #include "sim/scene/scene_curves.h"
+#include "sim/scene/sliding_supports.h"
 
 namespace weft::sim {
 
@@ -47,6 +49,10 @@ MotionLimits::MotionLimits(const Scene& scene, const Dynamics& dynamics)
       events_.push_back(*event);
       time = event->time;
     }
+  }
+  for (int b = 0; b < scene.dynamic_bodies; ++b) {
+    if (!scene.bodies[b].supports) continue;
+    std::ranges::copy(events_of(*scene.bodies[b].supports), std::back_inserter(events_));
   }
   const SceneCurves curves(scene.source);
   for (const MotionEvent& event : curves.events()) events_.push_back(event);

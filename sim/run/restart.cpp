@@ -237,7 +237,8 @@ class RestartReader {
     const std::filesystem::path folder = folder_of_files();
     try {
       const auto name = std::filesystem::path(path_).filename();
-      Case before = parse_case(reader_.case_text(), (folder / name).string());
+      Case before =
+          parse_case(without_obsolete_keys(reader_.case_text()), (folder / name).string());
       before.accuracy_choice = checkpoint_->accuracy_choice;
       read_restart_of(before, depth_ + 1);
       return build_scene(before);

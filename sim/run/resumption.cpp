@@ -49,7 +49,7 @@ void require_duration(const ResumeOptions& options, const std::string& trajector
 // Returns the case of a trajectory, with the options of time of `source` where these await a
 // choice.
 std::string text_of_case(const TrajectoryReader& reader, const Case& source) {
-  Case before = parse_case(reader.case_text(), source.path);
+  Case before = parse_case(without_obsolete_keys(reader.case_text()), source.path);
   if (source.awaits_accuracy()) {
     const double duration = before.time.duration;
     before.time = source.time;
@@ -83,7 +83,7 @@ std::string text_to_compare(const Case& source, const ResumeOptions& options,
 
 void check_with_checkpoint(const std::string& trajectory, const Case& source,
                            const ResumeOptions& options, const RunCheckpoint& checkpoint) {
-  require_same_case(options, trajectory, checkpoint.case_text,
+  require_same_case(options, trajectory, without_obsolete_keys(checkpoint.case_text),
                     text_to_compare(source, options, checkpoint));
   require_duration(options, trajectory, checkpoint.time.duration, source.time.duration);
   if (options.estimates_error != checkpoint.estimates_error) {

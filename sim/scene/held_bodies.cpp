@@ -9,7 +9,8 @@ namespace {
 
 // Returns a mark for each body: 1 if it is held as a whole. A body with several pins, of which at
 // least one moves, is not held as a whole, because contact and its friction require obstacles to be
-// rigid.
+// rigid. Nor is a body on which a load acts, because only simulated bodies have loads, and the
+// reactions of its pins include them.
 std::vector<char> find_held(const Scene& scene, const std::vector<PrescribedMotion>& pins) {
   std::vector<char> is_held, moves(scene.bodies.size(), 0);
   std::vector<int> pin_count(scene.bodies.size(), 0);
@@ -23,7 +24,10 @@ std::vector<char> find_held(const Scene& scene, const std::vector<PrescribedMoti
     const auto first = scene.pinned.begin() + scene.bodies[b].first_particle;
     const bool all = std::all_of(first, first + scene.bodies[b].particle_count(),
                                  [](char pinned) { return pinned != 0; });
-    is_held.push_back(static_cast<char>(all && (moves[b] == 0 || pin_count[b] == 1)));
+    const bool is_rigid = all && (moves[b] == 0 || pin_count[b] == 1);
+    const bool is_loaded =
+        std::ranges::count(scene.source.load, scene.bodies[b].name, &LoadCase::body) > 0;
+    is_held.push_back(static_cast<char>(is_rigid && !is_loaded));
   }
   return is_held;
 }

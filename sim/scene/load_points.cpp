@@ -97,11 +97,7 @@ class Finder {
 
  private:
   void add_vertices() {
-    std::vector<Vec3> vertices;
-    for (int i = 0; i < body_.particle_count(); ++i)
-      vertices.push_back(surface_.at(surface_.vertex(i)).position(positions_));
-    for (const int i :
-         select_vertices(load_.vertices, load_.location, "load", body_.atlas, vertices))
+    for (const int i : select_vertices(load_.vertices, load_.location, "load", body_, positions_))
       points_.push_back({.at = surface_.at(surface_.vertex(i))});
   }
 
@@ -112,7 +108,7 @@ class Finder {
     only.edges = {edge};
     only.patch = load_.vertices.patch;
     // Throws CaseError if the surface has no such edge.
-    select_vertices(only, load_.location, "load", body_.atlas, positions_);
+    select_vertices(only, load_.location, "load", body_, positions_);
     const int patch = only.patch;
     const bool is_row = edge == "first_row" || edge == "last_row";
     const bool is_first = edge == "first_row" || edge == "first_col";

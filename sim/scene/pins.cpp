@@ -4,6 +4,7 @@
 
 #include "sim/case/case_error.h"
 #include "sim/scene/index_range.h"
+#include "sim/scene/spline_surface.h"
 
 namespace weft::sim {
 
@@ -75,12 +76,21 @@ class Selection {
   std::vector<int> particles_;
 };
 
+// Returns the point of the surface (m) that each vertex of the image stands for, by particle.
+std::vector<Vec3> points_of_image(const SceneBody& body, std::span<const Vec3> positions) {
+  if (!body.spline) return {positions.begin(), positions.end()};
+  std::vector<Vec3> points;
+  for (const SplineSurface::Place& place : body.spline->image_places(body.atlas))
+    points.push_back(body.spline->at(body.atlas, place).position(positions));
+  return points;
+}
+
 }  // namespace
 
 std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLocation& where,
-                                 const std::string& owner, const bsi::Atlas& atlas,
+                                 const std::string& owner, const SceneBody& body,
                                  std::span<const Vec3> positions) {
-  Selection selection(vertices.patch, where, atlas);
+  Selection selection(vertices.patch, where, body.atlas);
   for (const std::string& corner : vertices.corners) selection.add_corner(corner);
   for (const std::string& edge : vertices.edges) selection.add_edge(edge);
   if (!vertices.rows.empty() || !vertices.cols.empty()) {
@@ -88,8 +98,10 @@ std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLo
     selection.add_block(resolve_range(vertices.rows, patch.rows, owner, "rows", where),
                         resolve_range(vertices.cols, patch.cols, owner, "cols", where));
   }
-  if (vertices.region_min && vertices.region_max)
-    selection.add_region(positions, *vertices.region_min, *vertices.region_max);
+  if (vertices.region_min && vertices.region_max) {
+    selection.add_region(points_of_image(body, positions), *vertices.region_min,
+                         *vertices.region_max);
+  }
   std::vector<int> particles = selection.take();
   if (particles.empty()) {
     throw CaseError(where, "this " + owner + " selects no vertex",

@@ -229,7 +229,7 @@ void add_pins(Scene& scene, const BodyCase& from, SceneBody& body,
                                .subspan(body.first_particle, body.particle_count());
     PrescribedMotion held;
     held.pin = static_cast<int>(&pin - from.pin.data());
-    std::vector<int> named = select_pinned(pin, body.atlas, positions);
+    std::vector<int> named = select_pinned(pin, body, positions);
     if (pin.slides()) {
       add_sliding_supports(body, pin, held.pin, named, positions, *sliding);
       continue;

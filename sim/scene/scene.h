@@ -119,9 +119,9 @@ struct TimedHold {
 // that turn have their spins in a second body, which the case does not list and nothing can touch.
 // These bodies are the last dynamic ones.
 //
-// A body is held as a whole if all its vertices are pinned, either at rest or by one motion. It
-// then counts as an obstacle: it has no forces, no rows in matrices and no part in state vectors
-// and energies. If all bodies are held as a whole, all stay dynamic.
+// A body is held as a whole if all its vertices are pinned, either at rest or by one motion, and no
+// load of the case acts on it. It then counts as an obstacle: it has no forces, no rows in matrices
+// and no part in state vectors and energies. If all bodies are held as a whole, all stay dynamic.
 //
 // All pins of a body that has a timed pin are timed. In the scene of build_scene(), the particles
 // of timed pins are free. hold_timed_pins() (timed_pins.h) makes the scene between two changes of

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "sim/case/case_error.h"
@@ -76,6 +77,39 @@ void add_sliding_supports(const SceneBody& body, const PinCase& pin, int number,
   for (const auto& [particle, border] : rows_beside_borders(body, held)) {
     adder.add(particle, border, first);
     adder.add(particle, border, second);
+  }
+}
+
+std::vector<MotionEvent> events_of(const SlidingSupports& supports) {
+  std::vector<MotionEvent> events;
+  for (const RigidMotion& motion : supports.motions) {
+    for (auto event = motion.next_event(-1); event; event = motion.next_event(event->time))
+      events.push_back(*event);
+  }
+  return events;
+}
+
+void match_velocities(const SlidingSupports& supports, double time, std::span<Vec3> velocity) {
+  // Setting one component disturbs another one only if their directions are oblique or the support
+  // has a base. Such components converge like a geometric series.
+  constexpr int most_rounds = 100;
+  constexpr double rounding = 1e-14;
+  for (int round = 0; round < most_rounds; ++round) {
+    double largest_change = 0, largest_speed = 0;
+    for (const SlidingSupport& each : supports.all) {
+      Vec3 place = Vec3::Zero(), rate = Vec3::Zero(), base_rate = Vec3::Zero();
+      if (supports.moves[each.pin] != 0) {
+        const RigidPose pose = supports.motions[each.pin].pose(time);
+        pose.place(each.start, place, rate);
+        if (each.base >= 0) pose.place(each.start_base, place, base_rate);
+      }
+      if (each.base >= 0) base_rate -= velocity[each.base];
+      const double change = each.direction.dot(rate - base_rate - velocity[each.particle]);
+      velocity[each.particle] += change * each.direction;
+      largest_change = std::max(largest_change, std::abs(change));
+      largest_speed = std::max(largest_speed, velocity[each.particle].norm());
+    }
+    if (largest_change <= rounding * largest_speed) return;
   }
 }
 

@@ -43,4 +43,12 @@ void add_sliding_supports(const SceneBody& body, const PinCase& pin, int number,
                           std::span<const int> held, std::span<const Vec3> position,
                           SlidingSupports& supports);
 
+// Returns the starts, stops and keyframes of the motions of supports.
+std::vector<MotionEvent> events_of(const SlidingSupports& supports);
+
+// Sets the supported components of a body's velocities (m/s, by particle) to those of the supports
+// at `time` (s), after any jump then. The springs of supports would do so within a time that no
+// step resolves. O(supports) if the directions at each particle are perpendicular.
+void match_velocities(const SlidingSupports& supports, double time, std::span<Vec3> velocity);
+
 }  // namespace weft::sim

@@ -62,8 +62,7 @@ void add_ties(Scene& scene) {
                                .subspan(body.first_particle, body.particle_count());
     const std::vector<double> areas = areas_around(body.mesh, body.rest);
     double area = 0;
-    for (const int vertex :
-         select_vertices(from.vertices, from.location, "tie", body.atlas, positions)) {
+    for (const int vertex : select_vertices(from.vertices, from.location, "tie", body, positions)) {
       TieSpring spring;
       spring.vertex = vertex;
       spring.place = positions[vertex];

@@ -94,7 +94,7 @@ void add_timed_pins(Scene& scene) {
                                .subspan(body.first_particle, body.particle_count());
     for (const PinCase& pin : from.pin) {
       TimedPin timed{&pin, static_cast<int>(&pin - from.pin.data()), scene.case_order[b],
-                     select_pinned(pin, body.atlas, positions)};
+                     select_pinned(pin, body, positions)};
       if (pin.clamp && body.spline)
         timed.particles = with_clamped_rows(body, pin, std::move(timed.particles));
       for (int& particle : timed.particles) particle += body.first_particle;

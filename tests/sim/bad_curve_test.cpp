@@ -85,6 +85,10 @@ std::vector<BadCase> bad_curves() {
        world("wind = { mean = [5, 0, 0], intensity = 0.1, time_scale = 0 }"),
        R"(case.toml:2:58: "time_scale" is 0
   expected a number > 0 (s))"},
+      {"gust_faster_than_steps",
+       world("wind = { mean = [5, 0, 0], intensity = 0.1, time_scale = 1e-6 }"),
+       R"(case.toml:2:58: the time_scale of the gusts is 1e-06 s
+  expected at least 104 times the minimum_step, 1.04e-05 s)"},
       {"gust_seed_negative",
        world("wind = { mean = [5, 0, 0], intensity = 0.1, time_scale = 1, seed = -1 }"),
        R"(case.toml:2:68: "seed" is -1

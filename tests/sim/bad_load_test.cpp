@@ -52,6 +52,12 @@ std::vector<BadCase> bad_loads() {
       {"half_a_box", load_on_sheet + "type = \"area\"\nforce = [0, 0, 1]\nregion_min = [0, 0, 0]\n",
        R"(case.toml:8:14: region_min without region_max
   expected both corners of the box)"},
+      {"patch_of_a_pressure", load_on_sheet + "type = \"pressure\"\npressure = 1\npatch = 0\n",
+       R"(case.toml:8:1: "patch" does not belong to type = "pressure"
+  expected only with type = "point", "line", "moment")"},
+      {"patch_of_an_area", load_on_sheet + "type = \"area\"\nforce = [0, 0, 1]\npatch = 1\n",
+       R"(case.toml:8:1: "patch" does not belong to type = "area"
+  expected only with type = "point", "line", "moment")"},
       {"rows_outside", load_on_sheet + "force = [0, 0, 1]\nrows = [0, 5]\n",
        R"(case.toml:7:12: no row 5
   expected -5 to 4)"},
@@ -85,6 +91,18 @@ std::vector<BadCase> bad_loads() {
            "[[body.pin]]\nedges = [\"first_row\"]\naxes = [\"x\"]\nsymmetry_normal = [0, 1, 0]\n",
        R"(case.toml:7:1: "symmetry_normal" does not go with "axes"
   expected only one of the two)"},
+      {"axes_without_stiffness",
+       "[material.m]\nmembrane_stiffness = 0\n" + sheet +
+           "[[body.pin]]\nedges = [\"first_row\"]\naxes = [\"z\"]\n",
+       R"(case.toml:8:8: axes of a membrane without stiffness, which give it no hold
+  expected membrane_stiffness > 0 in [material.m], or a pin without axes)"},
+      {"axes_of_slack_fabric",
+       "[material.m]\northotropic_membrane = { warp_curve = { strains = [0, 0.2], tensions = [0, "
+       "0] "
+       "}, weft_curve = { strains = [0, 0.2], tensions = [0, 0] }, shear_modulus = 100 }\n" +
+           sheet + "[[body.pin]]\nedges = [\"first_row\"]\naxes = [\"z\"]\n",
+       R"(case.toml:8:8: axes of a membrane without stiffness, which give it no hold
+  expected membrane_stiffness > 0 in [material.m], or a pin without axes)"},
       {"symmetry_of_cloth",
        sheet + "[[body.pin]]\nedges = [\"first_row\"]\nsymmetry_normal = [0, 1, 0]\n",
        R"(case.toml:6:19: a plane of symmetry of body "sheet", which is no shell

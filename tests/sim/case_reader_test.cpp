@@ -447,6 +447,32 @@ pin = [{ rows = [0, 0], axes = ["y", "z"] }, { edges = ["last_row"], clamp = tru
   for (const int i : {1, 2}) EXPECT_TRUE(pin[i].axes.empty());
 }
 
+// Loads on areas are of all patches. Texts of older versions give them the first one.
+TEST(CaseText, LoadsOnAreasHaveNoPatch) {
+  const std::string text = R"([[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
+pin = [{ rows = [0, 0], axes = ["y", "z"] }]
+[[load]]
+body = "sheet"
+type = "pressure"
+pressure = 1
+[[load]]
+body = "sheet"
+type = "line"
+force = [0, 0, 1]
+edges = ["first_row"]
+)";
+  const std::string resolved = parse_case(text, "case.toml").resolved_text;
+  EXPECT_EQ(parse_case(resolved, "resolved.toml").resolved_text, resolved);
+  EXPECT_EQ(without_obsolete_keys(resolved), resolved);
+  std::string older = resolved;
+  const std::string pressure = "pressure = 1.0\n";
+  older.insert(older.find(pressure) + pressure.size(), "patch = 0\n");
+  EXPECT_THROW(parse_case(older, "older.toml"), CaseError);
+  EXPECT_EQ(without_obsolete_keys(older), resolved);
+}
+
 TEST(CaseText, ResolvedCasesAreTheSameCases) {
   int cases = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(WEFT_CASES_DIR)) {

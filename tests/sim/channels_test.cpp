@@ -330,6 +330,39 @@ edges = ["first_row"]
   EXPECT_EQ(run.field("resting", "membrane_strain_major").size(), 25);
 }
 
+// A body that its pins hold as a whole carries its load to them, also beside a body that moves.
+TEST(Reactions, PinsOfAHeldBodyCarryItsLoad) {
+  const std::string text = R"(
+[time]
+method = "static"
+duration = 1
+frames_per_second = 1
+[world]
+gravity = [0, 0, 0]
+[output]
+channels = ["reactions"]
+[contact]
+enabled = false
+[material.cloth]
+[[body]]
+name = "held"
+shape = { type = "rectangle", size = [1, 0.5], resolution = [5, 6] }
+pin = [{ rows = [0, -1] }]
+[[body]]
+name = "moving"
+position = [5, 0, 0]
+shape = { type = "rectangle", size = [1, 0.5], resolution = [5, 6] }
+pin = [{ edges = ["first_col", "last_col"] }]
+[[load]]
+body = "held"
+type = "pressure"
+pressure = 4
+)";
+  ChannelRun run(text);
+  run.advance_to(1);
+  EXPECT_NEAR(run.vector("reactions/held/pin_1/force").z(), -2, 1e-9);
+}
+
 // The edge between columns 3 and 4 of row 2 of the second body is stretched the
 // most.
 TEST(LargestStretch, IsWhereTheEdgeIs) {

@@ -324,6 +324,20 @@ TEST_F(Resume, RenewedSimulationsEqualRestoredOnes) {
   }
 }
 
+// Older versions wrote a patch of loads on areas, which case files must not have.
+TEST_F(Resume, KnowsTheCaseOfAnOlderVersion) {
+  Case source = parse_case(std::string(hanging_sheet) +
+                               "[[load]]\nbody = \"sheet\"\ntype = \"pressure\"\npressure = 1\n",
+                           "test.toml");
+  std::string older = source.resolved_text;
+  const std::string pressure = "pressure = 1.0\n";
+  older.insert(older.find(pressure) + pressure.size(), "patch = 0\n");
+  const bsi::Surface surface = bsi::make_rectangle(1, 1, 3, 3);
+  TrajectoryWriter(path("older.h5"), {{"cloth", surface.atlas, true, false, 0}}, {},
+                   {.case_text = older}, {surface.positions});
+  EXPECT_FALSE(find_resumption(path("older.h5"), source, {}).checkpoint);
+}
+
 // A run that is stopped twice and resumed equals one that was never stopped, and takes again no
 // step from before its last checkpoint.
 TEST_F(Resume, EqualsARunThatWasNeverStopped) {

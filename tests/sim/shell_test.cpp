@@ -50,6 +50,39 @@ TEST(ShellScene, ClampHoldsTwoRows) {
   EXPECT_TRUE(beam.scene().is_free(beam.at(2, 2)));
 }
 
+std::vector<int> held_by(const std::string& shape, const std::string& pin) {
+  const ShellModel shell(shell_case(1e9, 0, 0.01, shape, "[[body.pin]]\n" + pin));
+  std::vector<int> held;
+  for (int i = 0; i < shell.scene().dynamic_particles; ++i) {
+    if (!shell.scene().is_free(i)) held.push_back(i);
+  }
+  return held;
+}
+
+// Control points of the second column lie nearer to the border than its points of the surface: a
+// box around the border that held them, too, would clamp a hinge. Those of a curved shell lie
+// outside of it.
+TEST(ShellScene, BoxesHoldPointsOfTheSurface) {
+  const std::string plate = "type = \"rectangle\", size = [1, 0.2], resolution = [6, 10]";
+  EXPECT_EQ(held_by(plate, "region_min = [-0.51, -1, -1]\nregion_max = [-0.44, 1, 1]\n"),
+            held_by(plate, "edges = [\"first_col\"]\n"));
+  const std::string roof =
+      "type = \"cylinder\", radius = 1, length = 1, angle_deg = 90, resolution = [5, 7]";
+  EXPECT_EQ(
+      held_by(roof, "region_min = [0.706, 0.706, -0.001]\nregion_max = [0.708, 0.708, 0.001]\n"),
+      held_by(roof, "rows = [2, 2]\ncols = [3, 3]\n"));
+}
+
+TEST(ShellScene, BoxesTiePointsOfTheSurface) {
+  const ShellModel shell(
+      shell_case(1e9, 0, 0.01, "type = \"rectangle\", size = [1, 0.2], resolution = [6, 10]",
+                 "[[obstacle]]\nname = \"wall\"\nposition = [-2, 0, 0]\nshape = { type = "
+                 "\"rectangle\", size = [1, 1], resolution = [3, 3] }\n[[tie]]\nbody = "
+                 "\"shell\"\nto = \"wall\"\nregion_min = [-0.51, -1, -1]\nregion_max = "
+                 "[-0.44, 1, 1]\n"));
+  EXPECT_EQ(shell.scene().ties[0].springs.size(), 6U);
+}
+
 // The closed form against figures that were computed elsewhere.
 TEST(EndLoadElastica, HasTheTipOfTheTable) {
   for (const int load : {1, 2, 3, 4}) {

@@ -128,19 +128,20 @@ axes = ["z"]
 }
 
 // A moving support puts energy into the sheet, which the watch of energies must know. The sheet
-// turns as a rigid bar with the masses 1, 2, 2, 1 at its columns: lifted at its end, its centre
-// rises by 1 / (1 + 27 / 11) of that.
+// turns by a small angle as a rigid bar with the masses 1, 2, 2, 1 at its columns: lifted at its
+// end, its centre rises by 1 / (1 + 27 / 11) of that.
 TEST(SlidingSupport, CarriesASheetAlong) {
   const std::string text = R"(
 [time]
 duration = 0.4
+position_tolerance = 1e-7
 [world]
 gravity = [0, 0, 0]
 [contact]
 enabled = false
 [material.cloth]
 stiffness_damping = 1e-3
-bending_stiffness = 1e-4
+bending_stiffness = 0.1
 [[body]]
 name = "sheet"
 shape = { type = "rectangle", size = [0.2, 0.2], resolution = [4, 4] }
@@ -148,13 +149,74 @@ shape = { type = "rectangle", size = [0.2, 0.2], resolution = [4, 4] }
 edges = ["first_col"]
 axes = ["z"]
 [body.pin.motion]
-keyframes = [{ time = 0.2, translation = [0, 0, 0.05] }]
+keyframes = [{ time = 0.2, translation = [0, 0, 0.005] }]
 )";
   Simulation simulation = simulation_of(text);
   advance_to(simulation, 0.4);
   const std::vector<Vec3> x = simulation.position("sheet");
-  for (int row = 0; row < 4; ++row) EXPECT_NEAR(x[4 * row].z(), 0.05, 1e-5);
-  EXPECT_NEAR(mean_of(x).z(), 0.05 / (1 + 27.0 / 11), 1e-4);
+  for (int row = 0; row < 4; ++row) EXPECT_NEAR(x[4 * row].z(), 0.005, 1e-6);
+  EXPECT_NEAR(mean_of(x).z(), 0.005 / (1 + 27.0 / 11), 3e-6);
+}
+
+// A strip of shell with a rail at its first edge. The springs of the rail would pass on a speed
+// within 1e-8 s, which no step resolves.
+std::string railed_strip(const std::string& start, const std::string& motion) {
+  return R"(
+[time]
+duration = 0.1
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.solid]
+model = "shell"
+youngs_modulus = 1e9
+poisson_ratio = 0
+shell_thickness = 5e-3
+volume_density = 1000
+stiffness_damping = 1e-4
+[[body]]
+name = "strip"
+)" + start +
+         R"(
+shape = { type = "rectangle", size = [1, 0.3], resolution = [5, 9] }
+[[body.pin]]
+edges = ["first_col"]
+axes = ["x", "z"]
+)" + motion;
+}
+
+TEST(SlidingSupport, GivesItsSpeedAtOnce) {
+  const std::string text = railed_strip("", "motion = { velocity = [0, 0, 3] }\n");
+  for (const char* name : {"cvode", "arkode", "euler"}) {
+    Simulation simulation = simulation_of(text, method(name));
+    advance_to(simulation, 0.1);
+    EXPECT_NEAR(simulation.position("strip")[0].z(), 0.3, 1e-4) << name;
+  }
+}
+
+TEST(SlidingSupport, JumpsFromSpeedToSpeed) {
+  const std::string text = railed_strip(
+      "", "motion = { velocity = [0, 0, 1], start_time = 0.0203, stop_time = 0.0617 }\n");
+  for (const char* name : {"cvode", "arkode", "euler"}) {
+    Simulation simulation = simulation_of(text, method(name));
+    advance_to(simulation, 0.04);
+    EXPECT_NEAR(simulation.position("strip")[0].z(), 0.04 - 0.0203, 1e-4) << name;
+    advance_to(simulation, 0.1);
+    EXPECT_NEAR(simulation.position("strip")[0].z(), 0.0617 - 0.0203, 1e-4) << name;
+  }
+}
+
+TEST(SlidingSupport, StopsWhatRunsAgainstItAtTheStart) {
+  const std::string text = railed_strip("velocity = [0, 0.2, 3]", "");
+  for (const char* name : {"cvode", "arkode", "euler"}) {
+    Simulation simulation = simulation_of(text, method(name));
+    const Vec3 start = simulation.position("strip")[0];
+    advance_to(simulation, 0.1);
+    const Vec3 way = simulation.position("strip")[0] - start;
+    EXPECT_NEAR(way.z(), 0, 1e-4) << name;
+    EXPECT_NEAR(way.y(), 0.02, 1e-4) << name;
+  }
 }
 
 // A plate under pressure between two simple supports sags like its half with a plane of symmetry.
