@@ -115,6 +115,7 @@ Json modes_head(const RunCommand& command, const ModesReport& report, int unknow
   if (report.failure) json["reason_kind"] = kind_name(report.failure->kind);
   add_command(json, command);
   json["title"] = report.title;
+  json["warnings"] = report.warnings;
   json["about"] = report.about;
   json["time_s"] = report.time;
   json["load_factor"] = report.load_factor;

@@ -14,8 +14,10 @@
 #include "sim/command/progress_bar.h"
 #include "sim/modes/buckling_modes.h"
 #include "sim/modes/case_equilibrium.h"
+#include "sim/modes/left_out.h"
 #include "sim/modes/mode_trajectory.h"
 #include "sim/modes/vibration_modes.h"
+#include "sim/motion/dynamics.h"
 #include "sim/run/input_files.h"
 #include "sim/run/restart.h"
 #include "sim/trajectory/xdmf_file.h"
@@ -53,8 +55,8 @@ class Analysis {
   CaseEquilibrium& equilibrium() { return *equilibrium_; }
   ModesReport& report() { return report_; }
 
-  // Finds the state about which modes are computed. Returns false if this fails; report() then has
-  // the failure.
+  // Finds the state about which modes are computed, and warns of forces that they leave out.
+  // Returns false if no state is found; report() then has the failure.
   bool find_state(std::optional<double> load_factor) {
     ProgressBar bar(source_.time.duration, !command_.run.quiet);
     equilibrium_.emplace(source_, EquilibriumOptions{.start_shape = command_.start_shape,
@@ -65,8 +67,10 @@ class Analysis {
     report_.failure = equilibrium_->find();
     bar.clear();
     report_.time = equilibrium_->time();
-    if (!report_.failure) report_.imbalance = equilibrium_->imbalance();
-    return !report_.failure;
+    if (report_.failure) return false;
+    report_.imbalance = equilibrium_->imbalance();
+    warn(load_factor);
+    return true;
   }
 
   void write(const std::vector<RecordedMode>& modes,
@@ -103,6 +107,16 @@ class Analysis {
   }
 
  private:
+  // Warns of forces that modes leave out. Buckling is sought at multiples of the loads: they are
+  // judged at the factor 1, since there may be none at `load_factor`.
+  void warn(std::optional<double> load_factor) {
+    Dynamics& dynamics = equilibrium_->dynamics();
+    if (load_factor) dynamics.set_load_factor(1);
+    report_.warnings = left_out_forces(dynamics, report_.time, equilibrium_->state());
+    if (load_factor) dynamics.set_load_factor(*load_factor);
+    for (const std::string& text : report_.warnings) complain("weft: " + text);
+  }
+
   const ModesCommand& command_;
   Case source_;
   std::string path_;  // path of the trajectory; empty: no trajectory is written

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/base/bill.h"
 #include "sim/base/failure.h"
@@ -36,6 +37,7 @@ struct ModesReport {
   double load_factor = 1;  // load factor of the state
   Cost cost;               // cost of the process so far
   std::string trajectory;  // path of the trajectory; empty if none was written
+  std::vector<std::string> warnings;  // left_out_forces() of the state
   std::optional<Failure> failure;
 };
 

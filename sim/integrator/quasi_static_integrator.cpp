@@ -192,7 +192,7 @@ class QuasiStaticIntegrator final : public OneStepIntegrator {
     if (should_stop() || !begin_search(end, true, y)) return false;
     const double acceleration = applied_acceleration(dynamics(), end, y);
     const Relaxation::End relaxed =
-        relaxation_.relax({end, acceleration, [this] { return should_stop(); }}, y, path_);
+        relaxation_.relax({end, acceleration, true, [this] { return should_stop(); }}, y, path_);
     set_fault(relaxation_.fault());
     if (relaxed != Relaxation::End::at_rest) return false;
     scratch_.assign(y.begin(), y.end());

@@ -20,9 +20,15 @@ constexpr double shortest_pseudo_step = 1e-6;  // s
 // motions of a free body as a whole, only rounding errors, which are 1e-16 (h w)^2 times M in the
 // matrix M + h^2 K. Linear solves begin to fail where these exceed M.
 constexpr double longest_in_vibrations = 1e7;
-// Pseudo-steps of at least this length (s) are close to Newton steps: their corrections measure the
-// distance from the equilibrium.
-constexpr double newton_step = 1;
+// Shortest pseudo-step (s) after which a search may end.
+constexpr double shortest_last_step = 1;
+// Pseudo-step that judges an equilibrium, times the frequency at which the applied acceleration
+// swings bodies of their size. A force that a pseudo-step of this length does not show accelerates
+// particles by less than 1e-6 position_tolerance / size of the applied acceleration.
+constexpr double judging_periods = 1e3;
+// Smallest fraction of the judging step that is long enough: the estimate of the highest frequency,
+// which limits it, varies from matrix to matrix.
+constexpr double long_enough = 0.9;
 // Factor by which a pseudo-step grows after one whose correction was not shortened.
 constexpr double growth = 5;
 // Limit of pseudo-steps per load. It does not shrink with the load: under any load, hanging cloth
@@ -41,6 +47,9 @@ constexpr double softest = 100, hardening = 10;
 // Accuracy of the linear solve for a direction: relative error in the norm of the matrix.
 constexpr VelocitySystem::Goal linear_goal{.error = 1e-2,
                                            .scale = VelocitySystem::Goal::Scale::matrix};
+// Largest error of the correction that judges an equilibrium, relative to position_tolerance. The
+// matrix is at least M. Its norm would hide the error of a light load beside a heavy one.
+constexpr double judged_error = 0.1;
 constexpr double smallest_fraction = 1e-6;  // smallest fraction of a correction that is tried
 // Number of pseudo-steps after an indefinite exact matrix until the exact matrix is tried again.
 constexpr int exact_interval = 4;
@@ -69,6 +78,9 @@ Relaxation::Relaxation(const Scene& scene, Dynamics& dynamics)
       weight_(dynamics.state_size(), 1.0) {
   if (dynamics.contact() != nullptr) dynamics.contact()->keep_matrix_definite();
   for (const double mass : scene.mass) mass_ += mass;
+  Eigen::AlignedBox3d box;
+  for (int i = 0; i < scene.dynamic_particles; ++i) box.extend(scene.initial_position[i]);
+  size_ = box.isEmpty() ? 0 : box.diagonal().norm();
 }
 
 int Relaxation::worst_particle() const { return sim::worst_particle(rate_, weight_); }
@@ -97,31 +109,39 @@ Relaxation::End Relaxation::relax(const Goal& goal, std::span<double> y, SafePat
 }
 
 // Takes pseudo-steps until the forces balance. Ends earlier if pseudo-steps of any length fail, if
-// the search should stop, or if it has taken `most_steps` pseudo-steps in all stages.
+// the search should stop, or if it has taken `most_steps` pseudo-steps in all stages. Near rest, an
+// exact pseudo-step shows whether the state is an equilibrium: the others have errors that hide the
+// motion of bodies whose forces are small.
 Relaxation::End Relaxation::descend_at(double hardness, std::span<double> y, int most_steps) {
   dynamics_.set_hardness(hardness);
   fault_ = dynamics_.rate(goal_->time, y, rate_);
   if (fault_) return End::blocked;
-  const double fraction = hardness < 1 ? softened_fraction : stiff_fraction;
+  const bool approaches = hardness < 1 || goal_->approaches;
+  is_exact_ = false;
   while (pseudo_steps_ < most_steps && !goal_->should_stop()) {
     ++pseudo_steps_;
     fault_.reset();
     const double taken = find_direction(y) ? take_correction(y) : 0;
-    if (taken == 0) {
+    const bool is_near = taken == 1 && is_near_rest(hardness < 1, approaches);
+    if (is_near && (is_exact_ || approaches)) return End::at_rest;
+    is_exact_ = is_near;
+    if (is_near) {
+      pseudo_step_ = judging_step(approaches);
+    } else if (taken == 0) {
       pseudo_step_ /= 4;
       if (pseudo_step_ < shortest_pseudo_step) return fault_ ? End::blocked : End::stuck;
-      continue;
+    } else {
+      pseudo_step_ = taken == 1 ? std::min(growth * pseudo_step_, longest_useful_step())
+                                : std::max(taken, 0.3) * pseudo_step_;
     }
-    if (taken == 1 && is_at_rest(fraction, hardness < 1)) return End::at_rest;
-    pseudo_step_ = taken == 1 ? std::min(growth * pseudo_step_, longest_useful_step())
-                              : std::max(taken, 0.3) * pseudo_step_;
   }
   return End::slow;
 }
 
 // Computes the correction of one pseudo-step h: (M + h D + h^2 K) dv = h F, dx = h dv. If conjugate
 // gradients find the exact K indefinite, a semi-definite K replaces it, in this and in the next
-// pseudo-steps (`exact_interval`).
+// pseudo-steps (`exact_interval`). An exact pseudo-step also takes what a solve has reached within
+// its limit of iterations: that is more than other pseudo-steps ask for.
 bool Relaxation::find_direction(std::span<const double> y) {
   ++newton_iterations_;
   const double h = pseudo_step_;
@@ -131,18 +151,21 @@ bool Relaxation::find_direction(std::span<const double> y) {
   if (indefinite_steps_ % exact_interval == 0) {
     const VelocitySystem::Outcome outcome = solve(y, Definiteness::exact);
     indefinite_steps_ = outcome.indefinite ? 1 : 0;
-    if (!outcome.indefinite) return outcome.converged;
+    if (!outcome.indefinite) return outcome.converged || is_exact_;
   } else {
     ++indefinite_steps_;
   }
-  return solve(y, Definiteness::semi_definite).converged;
+  const VelocitySystem::Outcome outcome = solve(y, Definiteness::semi_definite);
+  return outcome.converged || (is_exact_ && !outcome.indefinite);
 }
 VelocitySystem::Outcome Relaxation::solve(std::span<const double> y, Definiteness definiteness) {
   dynamics_.assemble(goal_->time, y, definiteness);
   PhaseTimer timer(dynamics_.statistics().phases.linear_solve);
   system_.set_up(pseudo_step_);
-  const VelocitySystem::Outcome outcome =
-      system_.solve(pseudo_step_, right_, weight_, linear_goal, correction_);
+  const double move = judged_error * scene_.source.time.position_tolerance;
+  const VelocitySystem::Goal exact_goal{.residual = move / pseudo_step_};
+  const VelocitySystem::Outcome outcome = system_.solve(
+      pseudo_step_, right_, weight_, is_exact_ ? exact_goal : linear_goal, correction_);
   linear_iterations_ += outcome.iterations;
   return outcome;
 }
@@ -195,13 +218,20 @@ double Relaxation::longest_useful_step() {
   return std::min(longest_pseudo_step, longest_in_vibrations / system_.highest_frequency());
 }
 
-// True if the pseudo-step is long and the residual forces are small. At full stiffness, the last
-// correction must also move no particle by more than time.position_tolerance. Without applied
-// forces, the pseudo-step must be the longest, and the residual is not judged.
-bool Relaxation::is_at_rest(double fraction, bool softened) {
+// Returns the length (s) of the pseudo-steps that judge whether the state is an equilibrium.
+// Precondition: matrices have been assembled.
+double Relaxation::judging_step(bool approaches) {
   const double longest = longest_useful_step();
-  if (pseudo_step_ < (goal_->acceleration == 0 ? longest : std::min(newton_step, longest)))
-    return false;
+  if (goal_->acceleration == 0) return longest;
+  const double period = approaches ? 0 : std::sqrt(size_ / goal_->acceleration);
+  return std::min(std::max(shortest_last_step, judging_periods * period), longest);
+}
+
+// True if the pseudo-step is about as long as judging_step(), and the residual forces are small.
+// At full stiffness, the last correction must also move no particle by more than
+// time.position_tolerance. Without applied forces, the residual is not judged.
+bool Relaxation::is_near_rest(bool softened, bool approaches) {
+  if (pseudo_step_ < long_enough * judging_step(approaches)) return false;
   if (!softened) {
     double largest_move = 0;
     for (const Vec3& way : StateView::of(correction_).position)
@@ -213,6 +243,7 @@ bool Relaxation::is_at_rest(double fraction, bool softened) {
   double force = 0;
   for (std::size_t i = 0; i < left.velocity.size(); ++i)
     force += scene_.mass[i] * left.velocity[i].squaredNorm();
+  const double fraction = softened ? softened_fraction : stiff_fraction;
   return std::sqrt(force / mass_) <= fraction * goal_->acceleration;
 }
 

@@ -32,6 +32,9 @@ class Relaxation {
     double time = 0;  // s
     // Scale of the limit for the residual (m/s^2), from applied_acceleration().
     double acceleration = 0;
+    // If true, the search may end where only Newton's method is still to converge. If false, it
+    // ends at an equilibrium.
+    bool approaches = false;
     std::function<bool()> should_stop;  // if it returns true, the search ends
   };
   // Relaxes the free particles of `y` (6 * particles doubles). Preconditions: the velocities are
@@ -57,7 +60,8 @@ class Relaxation {
   double pull() const;
   bool path_is_safe(std::span<const double> y);
   double longest_useful_step();
-  bool is_at_rest(double fraction, bool softened);
+  double judging_step(bool approaches);
+  bool is_near_rest(bool softened, bool approaches);
   double least_hardness() const;
 
   const Scene& scene_;
@@ -68,6 +72,7 @@ class Relaxation {
   std::optional<ContactFault> fault_;
   double pseudo_step_ = 0;  // length of the present pseudo-step (s)
   int pseudo_steps_ = 0;    // number of pseudo-steps taken in the present search
+  bool is_exact_ = false;   // true if linear solves serve the judgement of an equilibrium
   // Number of pseudo-steps since an exact matrix was indefinite, counting that pseudo-step; 0 if
   // the last exact matrix was not indefinite.
   int indefinite_steps_ = 0;
@@ -75,6 +80,7 @@ class Relaxation {
   std::vector<double> rate_, right_, correction_, reached_;
   std::vector<double> weight_;  // weights of the linear solves, all 1
   double mass_ = 0;             // mass of all dynamic particles (kg)
+  double size_ = 0;             // diagonal of the box around their initial positions (m)
 };
 
 }  // namespace weft::sim

@@ -45,7 +45,7 @@ class StaticIntegrator final : public OneStepIntegrator {
     std::fill(y.begin() + half, y.end(), 0.0);
     path_.start(time(), positions());
     const Relaxation::End found =
-        relaxation_.relax({end, acceleration_, [this] { return should_stop(); }}, y, path_);
+        relaxation_.relax({end, acceleration_, false, [this] { return should_stop(); }}, y, path_);
     if (found == Relaxation::End::at_rest) return Trouble::none;
     if (found == Relaxation::End::blocked) {
       set_fault(relaxation_.fault());

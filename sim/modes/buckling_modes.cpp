@@ -27,6 +27,9 @@ constexpr double difference_part = 1e-5;
 // Pivots of the stiffness below this fraction of their diagonal entries may have either sign by
 // rounding.
 constexpr double undecided_pivot = 1e-11;
+// K is singular if the energy of its weakest direction is at most this number of rounding errors,
+// plus what rounded positions may cause (PositionRounding).
+constexpr double singular_roundings = 32;
 // A change of energy along a mode counts as noise if it is at most this number of rounding errors.
 constexpr double energy_roundings = 100;
 
@@ -73,7 +76,7 @@ class Buckling {
     const bool has_factors = factors_.factorise(stiffness_);
     const bool is_undecided =
         factors_.negative_pivots() > 0 && factors_.smallest_pivot() < undecided_pivot;
-    if (!has_factors || is_undecided) {
+    if (!has_factors || is_undecided || is_weakest_noise()) {
       const int weakest = unknowns_.particle(factors_.weakest());
       fail("the tangent stiffness of the equilibrium is singular; it is weakest at " +
                scene_.describe_particle(weakest),
@@ -84,6 +87,25 @@ class Buckling {
            counted(factors_.negative_pivots(), "negative direction", "negative directions"));
     }
     return !result_.failure;
+  }
+
+  // True if rounding errors may account for the energy of the direction z with K z = e, where e is
+  // the unit vector of the weakest pivot. Rounding may make the pivot of a singular K positive. A
+  // limit for pivots alone would refuse thin shells, whose bending is weak beside their stretching
+  // but not beside the errors of its own sum. Precondition: K has been factorised.
+  bool is_weakest_noise() const {
+    Vector unit = Vector::Zero(stiffness_.rows());
+    unit[factors_.weakest()] = 1;
+    const Vector weakest = factors_.solve(unit);
+    std::vector<Vec3> way(dynamics_.particle_count());
+    unknowns_.scatter(weakest, way);
+    const PositionRounding rounding(dynamics_.stiffness(), StateView::of(state_).position);
+    const double energy =
+        std::abs(weakest.dot(stiffness_.selfadjointView<Eigen::Lower>() * weakest));
+    // A direction that overflows is not a number: it counts as noise, too.
+    return !(energy > singular_roundings * std::numeric_limits<double>::epsilon() *
+                              rounding_scale(stiffness_, weakest) +
+                          rounding.energy(way));
   }
 
   // Sets change_ to G. Returns false, and sets fault_ to the reason, if the loads cause no

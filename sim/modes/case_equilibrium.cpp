@@ -19,8 +19,11 @@ namespace {
 
 // A start shape is in balance if the norm of its forces is at most `balanced_part` of the norm of
 // the loads and of the forces on held particles. It is also in balance if no force, acting alone,
-// would move its particle by more than `balanced_move_part` of the size of the bodies.
-constexpr double balanced_part = 1e-8, balanced_move_part = 1e-12;
+// would move its particle by more than `balanced_move_part` of the size of the bodies, beyond the
+// force that rounded positions may cause: `position_roundings` roundings of the coordinates, times
+// the largest stiffness of the particle in any direction. Across the plane of flat cloth, the
+// stiffness itself is a rounding error.
+constexpr double balanced_part = 1e-8, balanced_move_part = 1e-12, position_roundings = 8;
 
 void refuse_timed_pins(const Case& source) {
   for (const BodyCase& body : source.body) {
@@ -147,11 +150,14 @@ bool CaseEquilibrium::starts_in_balance(double time, std::span<const double> y) 
   if (!balance) return false;
   if (balance->left <= balanced_part * balance->applied) return true;
   dynamics().assemble(time, y);
+  const std::span<const Vec3> position = StateView::of(y).position;
   const double farthest = balanced_move_part * size_of(*scene_);
   for (int i = 0; i < dynamics().particle_count(); ++i) {
-    const Vec3 stiffness = dynamics().stiffness().diagonal_block(i).diagonal();
-    const Vec3& force = balance->force[i];
-    if ((force.cwiseAbs().array() > farthest * stiffness.array()).any()) return false;
+    const Vec3 stiffness = dynamics().stiffness().diagonal_block(i).diagonal().cwiseMax(0);
+    const double rounding = position_roundings * std::numeric_limits<double>::epsilon() *
+                            position[i].norm() * stiffness.maxCoeff();
+    const auto force = balance->force[i].cwiseAbs().array();
+    if ((force > farthest * stiffness.array() + rounding).any()) return false;
   }
   return true;
 }

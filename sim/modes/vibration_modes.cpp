@@ -21,7 +21,8 @@ using Vector = Eigen::VectorXd;
 using Kind = VibrationMode::Kind;
 
 // An eigenvalue counts as zero if the energy of its shape is at most this number of rounding
-// errors. The rounding error is that of the energy in K + shift M (rounding_scale()).
+// errors, plus what rounded positions may cause (PositionRounding). The rounding error is that of
+// the energy in K + shift M (rounding_scale()).
 constexpr double shift_roundings = 1e4;
 // Largest deviation of a rigid shape from rigid motions, relative to its norm.
 constexpr double rigid_tolerance = 1e-4;
@@ -109,6 +110,7 @@ struct System {
   ModeUnknowns unknowns;
   Matrix stiffness, mass;
   double shift = 0;
+  std::optional<PositionRounding> rounding = {};
 };
 
 Kind kind_of(const VibrationMode& mode, const System& system, const Scene& scene,
@@ -117,7 +119,8 @@ Kind kind_of(const VibrationMode& mode, const System& system, const Scene& scene
   // the scale.
   const double scale = rounding_scale(system.stiffness, system.unknowns.gather(mode.shape)) +
                        system.shift * mode.modal_mass;
-  const double rounding = shift_roundings * std::numeric_limits<double>::epsilon() * scale;
+  const double rounding = shift_roundings * std::numeric_limits<double>::epsilon() * scale +
+                          system.rounding->energy(mode.shape);
   if (std::abs(mode.eigenvalue) * mode.modal_mass > rounding)
     return mode.eigenvalue < 0 ? Kind::growth : Kind::vibration;
   return is_rigid(scene, position, mode.shape) ? Kind::rigid : Kind::slack;
@@ -164,13 +167,14 @@ VibrationModes find_vibration_modes(Dynamics& dynamics, double time, std::span<c
     result.failure = Failure{Failure::Kind::solver, time, -1, text};
     return result;
   };
-  System system{ModeUnknowns(dynamics.scene()), {}, {}, 0};
+  System system{ModeUnknowns(dynamics.scene()), {}, {}};
   result.unknowns = static_cast<int>(system.unknowns.count());
   if (result.unknowns == 0) return result;
   std::string fault;
   auto stiffness = system.unknowns.stiffness(dynamics, time, state, fault);
   if (!stiffness) return fail(fault);
   system.stiffness.swap(*stiffness);
+  system.rounding.emplace(dynamics.stiffness(), StateView::of(state).position);
   system.mass = system.unknowns.mass(mass_matrix(dynamics.scene()));
   count = std::min(count, result.unknowns);
   SymmetricFactors factors;

@@ -120,6 +120,63 @@ TEST(Buckling, FailsWithTheReason) {
   EXPECT_EQ(failure_of(held), "the loads move nothing");
 }
 
+// A plate of side 1 that its edges hold across its plane. Loads compress it.
+std::string compressed_plate(double thickness, int resolution, const std::string& more_pins) {
+  const std::string size = std::to_string(resolution);
+  std::string text = R"(
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.plate]
+model = "shell"
+youngs_modulus = 1.092e7
+poisson_ratio = 0.3
+volume_density = 100
+shell_thickness = )" +
+                     std::to_string(thickness) + R"(
+[[body]]
+name = "plate"
+shape = { type = "rectangle", size = [1, 1], resolution = [)" +
+                     size + ", " + size + R"(] }
+[[body.pin]]
+edges = ["first_row", "last_row", "first_col", "last_col"]
+axes = ["z"]
+)" + more_pins;
+  for (const auto& [edge, sign] : {std::pair{"last_col", "-1"}, std::pair{"first_col", "1"}})
+    text += std::string("[[load]]\nbody = \"plate\"\ntype = \"line\"\nedges = [\"") + edge +
+            "\"]\nforce = [" + sign + ", 0, 0]\n";
+  return text;
+}
+std::string corner_pin(const std::string& corners, const std::string& axis) {
+  return "[[body.pin]]\ncorners = [" + corners + "]\naxes = [\"" + axis + "\"]\n";
+}
+
+// Supports along x and y at opposite corners leave a rotation in the plane. Rounding decides
+// whether its pivot is positive.
+TEST(Buckling, RefusesAFreeRotationWhateverItsRounding) {
+  const std::string corners = corner_pin("\"first_first\"", "x") + corner_pin("\"last_last\"", "y");
+  for (const int resolution : {5, 6, 7, 8, 9, 10, 12, 16}) {
+    const Case source = parse_case(compressed_plate(0.01, resolution, corners), "test.toml");
+    EXPECT_NE(failure_of(source).find("is singular; it is weakest at body \"plate\""),
+              std::string::npos)
+        << resolution;
+  }
+}
+
+// Its bending is 1e-8 times as stiff as its stretching, and is mixed with it in tilted axes.
+TEST(Buckling, AcceptsAThinTiltedPlate) {
+  const std::string held = "[[body.pin]]\nedges = [\"first_col\"]\n";
+  const auto lowest = [&](double thickness) {
+    const Case source = parse_case(compressed_plate(thickness, 17, held), "test.toml",
+                                   {"body.plate.rotation_deg=[20, 30, 40]"});
+    const BucklingModes found = buckling_of(source, 1);
+    EXPECT_FALSE(found.failure) << found.failure->text;
+    return found.failure ? 0 : found.modes[0].load_factor / std::pow(thickness, 3);
+  };
+  EXPECT_NEAR(lowest(1e-4) / lowest(1e-2), 1, 0.05);
+}
+
 std::string refusal_of(const Case& source) {
   try {
     require_load(source);

@@ -75,6 +75,40 @@ TEST(CaseEquilibrium, FailsWithTheReason) {
   EXPECT_NE(failure->text.find("singular"), std::string::npos) << failure->text;
 }
 
+// A free shell is at rest anywhere. A tiny pressure on a held one is a force nevertheless.
+TEST(CaseEquilibrium, TellsRoundingFromForces) {
+  const std::string shell = R"(
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.film]
+model = "shell"
+youngs_modulus = 1e6
+poisson_ratio = 0
+shell_thickness = 1e-3
+volume_density = 1000
+[[body]]
+name = "film"
+shape = { type = "rectangle", size = [1, 0.5], resolution = [5, 6] }
+)";
+  for (const char* position : {"[1, 0, 0]", "[10000, 30, 20]", "[1e6, 3e5, 7]"}) {
+    CaseEquilibrium about(
+        parse_case(shell, "test.toml", {std::string("body.film.position=") + position}), {});
+    const auto failure = about.find();
+    EXPECT_FALSE(failure) << position << ": " << failure->text;
+  }
+  const std::string pressed = shell + R"(pin = [{ edges = ["first_col"], clamp = true }]
+[[load]]
+body = "film"
+type = "pressure"
+pressure = 1e-8
+)";
+  CaseEquilibrium about(parse_case(pressed, "test.toml"), {});
+  ASSERT_FALSE(about.find());
+  EXPECT_GT(StateView::of(about.state()).position.back().z(), 1e-6);
+}
+
 TEST(CaseEquilibrium, RefusesPinsThatLetGo) {
   const Case source = parse_case(std::string(released), "test.toml");
   try {

@@ -258,5 +258,78 @@ TEST(Static, DividesALoadInWhichPinsTurn) {
   }
 }
 
+// A film resists bending so little that a tiny pressure bends it by more than it shows in seconds.
+// A load in its plane is ten thousand times larger, and soon in balance.
+TEST(Static, WaitsForAWeakBending) {
+  const std::string text = R"(
+[time]
+method = "static"
+duration = 1
+frames_per_second = 1
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.film]
+model = "shell"
+youngs_modulus = 1e5
+poisson_ratio = 0
+shell_thickness = 1e-3
+volume_density = 1000
+[[body]]
+name = "film"
+shape = { type = "rectangle", size = [1, 1], resolution = [6, 12] }
+pin = [{ edges = ["first_col"], clamp = true }]
+[[load]]
+body = "film"
+type = "area"
+force = [0, 2e-4, 0]
+[[load]]
+body = "film"
+type = "pressure"
+pressure = 1e-8
+)";
+  SimulatedCase relaxed(text), followed(text, {"static.loading=\"in_time\""});
+  const std::vector<Vec3> found = relaxed.positions_at(1), exact = followed.positions_at(1);
+  EXPECT_GT(exact.back().z(), 1e-4);
+  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_LT((found[i] - exact[i]).norm(), 1e-5) << i;
+}
+
+// The force on a free body is 1e-8 of that on the sheet beside it. No equilibrium balances it.
+TEST(Static, FindsThatNothingHoldsALightlyLoadedBody) {
+  SimulatedCase sim(R"(
+[time]
+method = "static"
+duration = 1
+frames_per_second = 1
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.cloth]
+membrane_stiffness = 1e4
+bending_stiffness = 1e-3
+[[body]]
+name = "held"
+shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
+pin = [{ edges = ["first_col", "last_col"] }]
+[[body]]
+name = "free"
+position = [3, 0, 0]
+shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
+[[load]]
+body = "held"
+type = "area"
+force = [0, 0, 100]
+[[load]]
+body = "free"
+type = "area"
+force = [0, 0, 1e-6]
+)");
+  const std::optional<Failure> failure = sim.integrator().step();
+  ASSERT_TRUE(failure);
+  EXPECT_NE(failure->text.find("no equilibrium is found"), std::string::npos) << failure->text;
+}
+
 }  // namespace
 }  // namespace weft::sim::static_test

@@ -284,5 +284,62 @@ TEST(Modes, HaveTheSameBitsForAnyNumberOfThreads) {
   }
 }
 
+// Far from the origin, rounded positions stretch a sheet. The tension of this strain neither holds
+// slack cloth nor makes it unstable.
+TEST(Modes, OfSlackClothAreSlackEverywhere) {
+  const std::string text = R"(
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.cloth]
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 0.5], resolution = [5, 6] }
+pin = [{ edges = ["first_col", "last_col"] }]
+)";
+  for (const char* position : {"[0, 0, 0]", "[1, 0, 0]", "[1000, 3, 20]"}) {
+    const VibrationModes found = modes_of(
+        parse_case(text, "test.toml", {std::string("body.sheet.position=") + position}), 10);
+    for (const VibrationMode& mode : found.modes) EXPECT_EQ(mode.kind, Kind::slack) << position;
+  }
+}
+
+// The same holds for rigid motions of a thin shell, but not for its vibrations.
+TEST(Modes, OfAThinShellAreTheSameEverywhere) {
+  const std::string text = R"(
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.sheet]
+model = "shell"
+youngs_modulus = 1e9
+poisson_ratio = 0.3
+shell_thickness = 1e-4
+volume_density = 1000
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 0.5], resolution = [15, 21] }
+)";
+  const double frequency = modes_of(parse_case(text, "test.toml"), 7).modes[6].frequency();
+  for (const char* position : {"[1, 0, 0]", "[100, 30, 20]", "[1000, 30, 20]"}) {
+    const VibrationModes found = modes_of(
+        parse_case(text, "test.toml", {std::string("body.sheet.position=") + position}), 7);
+    for (int i = 0; i < 6; ++i) EXPECT_EQ(found.modes[i].kind, Kind::rigid) << position << i;
+    EXPECT_EQ(found.modes[6].kind, Kind::vibration) << position;
+    EXPECT_NEAR(found.modes[6].frequency(), frequency, 1e-2 * frequency) << position;
+  }
+}
+
+TEST(Modes, GrowAboutAnUnstableEquilibriumFarAway) {
+  const VibrationModes found =
+      modes_of(parse_case(pendulum, "test.toml",
+                          {"world.gravity=[0, 0, 9.81]", "body.bar.position=[1000, 300, 20]"}),
+               3);
+  EXPECT_EQ(found.modes[0].kind, Kind::growth);
+  EXPECT_NEAR(found.modes[0].growth_rate(), std::sqrt(9.81), 1e-4 * std::sqrt(9.81));
+}
+
 }  // namespace
 }  // namespace weft::sim::vibration_modes_test
