@@ -24,6 +24,7 @@
 #include "sim/sweep/slurm_engine.h"
 #include "sim/sweep/summary_lock.h"
 #include "sim/sweep/sweep_estimate.h"
+#include "sim/sweep/sweep_folder.h"
 #include "sim/sweep/sweep_monitor.h"
 #include "sim/sweep/sweep_reader.h"
 #include "sim/sweep/sweep_records.h"
@@ -330,10 +331,17 @@ std::vector<std::size_t> all_runs(const SweepPlan& plan) {
   return indices;
 }
 
-// Writes the plan of a sweep and the list of its runs still to do, and returns that list.
-std::vector<RunToDo> freeze(const SweepCommand& command, const fs::path& directory,
-                            const SweepPlan& plan) {
+// Writes the plan of a sweep into a folder that holds nothing else of the same names.
+void write_own_plan(const SweepCommand& command, const SweepCase& sweep, const fs::path& directory,
+                    const SweepPlan& plan) {
+  refuse_lost_files(directory, files_of_sweep(sweep, command.overrides), plan);
   write_plan(directory, plan);
+}
+
+// Writes the plan of a sweep and the list of its runs still to do, and returns that list.
+std::vector<RunToDo> freeze(const SweepCommand& command, const SweepCase& sweep,
+                            const fs::path& directory, const SweepPlan& plan) {
+  write_own_plan(command, sweep, directory, plan);
   std::vector<RunToDo> list = runs_to_do(directory, plan, command.rerun_failed);
   write_to_do_list(to_do_path(directory), plan, list);
   return list;
@@ -344,12 +352,13 @@ std::vector<RunToDo> freeze(const SweepCommand& command, const fs::path& directo
 int run_sweep(const SweepCommand& command) {
   return with_faults(command, [&] {
     if (!command.to_slurm) refuse_too_many_processes(command);
-    const SweepPlan plan = plan_sweep(read_sweep(command.path), command.overrides);
+    const SweepCase sweep = read_sweep(command.path);
+    const SweepPlan plan = plan_sweep(sweep, command.overrides);
     check_outputs(plan);
     if (command.dry_run) return list_runs(command, plan);
     const fs::path directory = directory_of(command);
     if (command.to_slurm) refuse_live_job(directory);
-    const std::vector<RunToDo> list = freeze(command, directory, plan);
+    const std::vector<RunToDo> list = freeze(command, sweep, directory, plan);
     if (command.to_slurm) return submit(command, directory, plan, list);
     EngineOptions options = engine_options(command, plan.runs.size());
     options.runs = list;
@@ -359,10 +368,11 @@ int run_sweep(const SweepCommand& command) {
 
 int write_sweep_plan(const SweepCommand& command) {
   return with_faults(command, [&] {
-    const SweepPlan plan = plan_sweep(read_sweep(command.path), command.overrides);
+    const SweepCase sweep = read_sweep(command.path);
+    const SweepPlan plan = plan_sweep(sweep, command.overrides);
     check_outputs(plan);
     const fs::path directory = directory_of(command);
-    const std::vector<RunToDo> list = freeze(command, directory, plan);
+    const std::vector<RunToDo> list = freeze(command, sweep, directory, plan);
     const std::vector<RunRecord> records = read_records(directory, plan);
     if (command.json) {
       Json json = sweep_json(directory, plan, records, exit_code::done, has_failed);
@@ -380,10 +390,11 @@ int write_sweep_plan(const SweepCommand& command) {
 int estimate_sweep_cost(const SweepCommand& command) {
   return with_faults(command, [&] {
     refuse_too_many_processes(command);
-    const SweepPlan plan = plan_sweep(read_sweep(command.path), command.overrides);
+    const SweepCase sweep = read_sweep(command.path);
+    const SweepPlan plan = plan_sweep(sweep, command.overrides);
     check_outputs(plan);
     const fs::path directory = directory_of(command);
-    write_plan(directory, plan);
+    write_own_plan(command, sweep, directory, plan);
     const EngineOptions options = engine_options(command, plan.runs.size());
     const SweepEstimate estimate =
         estimate_sweep(directory, plan, options, static_cast<std::size_t>(command.pilots));

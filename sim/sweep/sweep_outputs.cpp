@@ -56,6 +56,32 @@ void refuse_names_of_columns(const std::vector<OutputExpression>& outputs) {
   }
 }
 
+// Largest number of runs that are set up to check outputs, if none of them can be set up.
+constexpr int most_tries = 10;
+
+// Throws CaseError if an output asks for what a run does not record. Returns false if the run
+// cannot be set up, for example because its shape file is damaged.
+bool check_outputs_of(const PlannedRun& run, const SweepPlan& plan,
+                      const std::vector<OutputExpression>& outputs) {
+  // Lines of the resolved case mean nothing to the user, so its faults are told by another path.
+  const std::string path = plan.sweep + ": resolved case";
+  Case source = parse_case(run.case_text, path);
+  source.outputs = outputs;
+  try {
+    if (source.awaits_accuracy()) {
+      check_outputs_before_pilot(source, plan.estimate_error);
+    } else {
+      read_restart(source);
+      check_outputs(*build_scene(source), plan.estimate_error);
+    }
+  } catch (const CaseError& error) {
+    // The run fails by itself, with the place in its case.
+    if (error.where().file == path) return false;
+    throw;
+  }
+  return true;
+}
+
 FactorValue factor_value(const std::string& toml) { return {plain_text(toml), number_of(toml)}; }
 
 }  // namespace
@@ -76,15 +102,11 @@ std::vector<OutputExpression> joined_outputs(std::vector<OutputExpression> of_ca
 void check_outputs(const SweepPlan& plan) {
   const auto outputs = joined_outputs(plan.case_outputs, plan.sweep_outputs);
   refuse_names_of_columns(outputs);
-  const auto first = std::ranges::find(plan.runs, "", &PlannedRun::refusal);
-  if (outputs.empty() || first == plan.runs.end()) return;
-  Case source = parse_case(first->case_text, plan.sweep);
-  source.outputs = outputs;
-  if (source.awaits_accuracy()) {
-    check_outputs_before_pilot(source, plan.estimate_error);
-  } else {
-    read_restart(source);
-    check_outputs(*build_scene(source), plan.estimate_error);
+  if (outputs.empty()) return;
+  int tries = 0;
+  for (const PlannedRun& run : plan.runs) {
+    if (!run.refusal.empty()) continue;
+    if (check_outputs_of(run, plan, outputs) || ++tries == most_tries) return;
   }
 }
 

@@ -19,8 +19,9 @@ std::vector<OutputExpression> joined_outputs(std::vector<OutputExpression> of_ca
                                              const std::vector<OutputExpression>& of_sweep);
 
 // Throws CaseError if an output of the plan is at fault, has the name of another column of the
-// summary, or asks for what the first run that can begin does not record. Makes a simulation of
-// that run, unless there are no outputs.
+// summary, or asks for what the first run that can be set up does not record. Makes a simulation of
+// that run, unless there are no outputs. Looks at no run if the first ten cannot be set up, since
+// those fail by themselves.
 void check_outputs(const SweepPlan& plan);
 
 // Returns the values of outputs by their expressions, for the result of a run that has ended. Those

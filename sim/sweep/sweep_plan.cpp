@@ -5,8 +5,7 @@
 #include <exception>
 #include <filesystem>
 #include <limits>
-#include <map>
-#include <sstream>
+#include <optional>
 
 #include "sim/case/case_error.h"
 #include "sim/case/case_include.h"
@@ -18,6 +17,7 @@
 #include "sim/case/time_methods.h"
 #include "sim/sweep/run_identity.h"
 #include "sim/sweep/sample_points.h"
+#include "sim/sweep/sweep_keys.h"
 #include "sim/sweep/sweep_reader.h"
 #include "sim/sweep/sweep_rules.h"
 #include "sim/sweep/sweep_values.h"
@@ -61,39 +61,6 @@ CaseOverride override_of(const std::string& key, const SourceLocation& key_place
   return {key, value.text, true, key_place, value.where};
 }
 
-bool is_index(const std::string& part) {
-  return !part.empty() && part.find_first_not_of("0123456789") == std::string::npos;
-}
-
-// Returns the index, as text, of an entry of a list that a key names; or the name if no entry has
-// it.
-std::string index_text(const toml::array& list, const std::string& name) {
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    const toml::table* entry = list[i].as_table();
-    if (entry != nullptr && (*entry)["name"].value<std::string>() == name) return std::to_string(i);
-  }
-  return name;
-}
-
-// Returns a key of a case with the indices of all entries that it names, which is the same text for
-// all names of one value: "body.0.position.2" for "body.cloth.position.2".
-std::string key_by_indices(const toml::table& root, const std::string& key) {
-  std::istringstream parts(key);
-  const toml::node* node = &root;
-  std::string result;
-  for (std::string part; std::getline(parts, part, '.');) {
-    const toml::array* list = node == nullptr ? nullptr : node->as_array();
-    const toml::table* table = node == nullptr ? nullptr : node->as_table();
-    if (list != nullptr) part = index_text(*list, part);
-    if (table == nullptr && is_index(part))
-      part.erase(0, std::min(part.find_first_not_of('0'), part.size() - 1));
-    result += (result.empty() ? "" : ".") + part;
-    node = table != nullptr ? table->get(part) : nullptr;
-    if (list != nullptr && is_index(part) && part.size() < 10) node = list->get(std::stoul(part));
-  }
-  return result;
-}
-
 // Returns PlannedRun::work of a case.
 double work_of(const Case& source) {
   double vertices = 0;
@@ -115,7 +82,7 @@ class Planner {
     }
     base_ = base.text;
     add_fixed(overrides);
-    note_fixed_keys();
+    keys_.emplace(fixed_keys());
     for (const FactorCase& factor : sweep.factors) add_column(factor);
     if (!sweep.run.empty()) add_listed_columns();
     check_repeat_key();
@@ -142,6 +109,12 @@ class Planner {
     refuse_empty_plan();
     plan_.digests = hasher_.digests();
     return std::move(plan_);
+  }
+
+  std::vector<std::string> files() const {
+    std::vector<std::string> all = included_;
+    all.insert(all.end(), {sweep_.path, base_path_});
+    return all;
   }
 
  private:
@@ -172,23 +145,14 @@ class Planner {
     }
   }
 
-  // Reads the tree of the base case, and notes which keys of it have fixed values.
-  void note_fixed_keys() {
-    tree_ = parse_toml(base_, base_path_);
+  // Returns the keys of the fixed values. Notes which files the base case includes.
+  SweepKeys fixed_keys() {
+    toml::table tree = parse_toml(base_, base_path_);
     for (const CaseOverride& each : fixed_) {
-      if (each.key == "include" || each.key.starts_with("include.")) apply_override(tree_, each);
+      if (each.key == "include" || each.key.starts_with("include.")) apply_override(tree, each);
     }
-    merge_includes(tree_, base_path_);
-    for (const CaseOverride& each : fixed_)
-      keys_.emplace(key_by_indices(tree_, each.key), each.key);
-  }
-
-  // Throws CaseError for a key that has values in this sweep by another name.
-  void refuse_second_name(const std::string& key, const SourceLocation& place) {
-    const auto [known, is_new] = keys_.emplace(key_by_indices(tree_, key), key);
-    if (is_new) return;
-    throw CaseError(place, in_quotes(key) + " is the same key as " + in_quotes(known->second),
-                    "expected it once in a sweep");
+    included_ = merge_includes(tree, base_path_);
+    return {std::move(tree), fixed_, sweep_.set.size()};
   }
 
   // Throws CaseError at a value that the case refuses. Returns true if the key takes whole numbers
@@ -201,7 +165,7 @@ class Planner {
   }
 
   void add_column(const FactorCase& factor) {
-    refuse_second_name(factor.key, factor.key_location);
+    keys_->add_varying(factor.key, factor.key_location);
     Column column{factor.key, factor.key_location, factor.list, &factor};
     for (const TomlValue& value : factor.list)
       column.is_whole = check_value(factor.key, factor.key_location, value);
@@ -252,7 +216,7 @@ class Planner {
 
   void add_listed_columns() {
     for (const KeyedValue& each : sweep_.run.front().set) {
-      refuse_second_name(each.key, each.key_place);
+      keys_->add_varying(each.key, each.key_place);
       Column column{each.key, each.key_place, {}};
       for (const ListedRun& run : sweep_.run) {
         const auto found = std::ranges::find(run.set, each.key, &KeyedValue::key);
@@ -266,7 +230,7 @@ class Planner {
   void check_repeat_key() {
     const SampleCase& sample = sweep_.sample;
     if (sample.repeat_key.empty()) return;
-    refuse_second_name(sample.repeat_key, sweep_.repeat_key_location);
+    keys_->add_varying(sample.repeat_key, sweep_.repeat_key_location);
     check_value(sample.repeat_key, sweep_.repeat_key_location,
                 {std::to_string(sample.repeats), false, sweep_.repeat_key_location});
   }
@@ -420,10 +384,9 @@ class Planner {
 
   const SweepCase& sweep_;
   std::string base_path_, base_;
-  toml::table tree_;                 // of the base case
-  std::vector<CaseOverride> fixed_;  // overrides of all runs
-  // Keys with values in this sweep, by key_by_indices().
-  std::map<std::string, std::string> keys_;
+  std::vector<std::string> included_;  // paths of files that the base case includes
+  std::vector<CaseOverride> fixed_;    // overrides of all runs
+  std::optional<SweepKeys> keys_;      // with values in this sweep
   std::vector<Column> columns_;
   RunHasher hasher_;
   SweepPlan plan_;
@@ -434,6 +397,11 @@ class Planner {
 
 SweepPlan plan_sweep(const SweepCase& sweep, const std::vector<std::string>& overrides) {
   return Planner(sweep, overrides).plan();
+}
+
+std::vector<std::string> files_of_sweep(const SweepCase& sweep,
+                                        const std::vector<std::string>& overrides) {
+  return Planner(sweep, overrides).files();
 }
 
 }  // namespace weft::sim

@@ -45,4 +45,10 @@ struct SweepPlan {
 // millisecond per run (bench/results/, sweeps.txt).
 SweepPlan plan_sweep(const SweepCase& sweep, const std::vector<std::string>& overrides = {});
 
+// Returns the paths of the sweep file, of its case and of the files that this includes. The files
+// that runs read are in SweepPlan::digests. Throws CaseError as plan_sweep() does for keys and
+// values.
+std::vector<std::string> files_of_sweep(const SweepCase& sweep,
+                                        const std::vector<std::string>& overrides = {});
+
 }  // namespace weft::sim
