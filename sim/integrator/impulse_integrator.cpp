@@ -290,7 +290,7 @@ std::optional<Failure> ImpulseIntegrator::try_step(double length) {
   ++dynamics_.statistics().counters.force_evaluations;
   laws_.set_friction(friction_.at(dynamics_.instant(time_ + 0.5 * length)));
   const std::vector<RigidPose> poses = surfaces_.poses(time_),
-                               ends = surfaces_.poses(time_ + length);
+                               ends = surfaces_.poses(time_ + length, true);
   const SphereStart start{positions(), velocities(), acceleration_, poses, ends, length};
   const double gravity = dynamics_.gravity(time_ + 0.5 * length).norm();
   const ImpulseStep step{length, 0.5 * length * gravity, velocities(), acceleration_};

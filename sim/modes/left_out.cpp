@@ -18,7 +18,7 @@ constexpr double largest_asymmetry = 1e-2;
 // Number of pairs of random displacements.
 constexpr int pairs = 4;
 // Displacement of the finite differences, as a fraction of the size of the bodies.
-constexpr double difference_part = 1e-6;
+constexpr double load_difference_part = 1e-6;
 
 // Loads and their changes along displacements that pins and supports allow.
 class LoadSlopes {
@@ -27,7 +27,7 @@ class LoadSlopes {
       : dynamics_(dynamics), unknowns_(dynamics.scene()), time_(time), state_(state) {
     Eigen::AlignedBox3d box;
     for (const Vec3& each : StateView::of(state).position) box.extend(each);
-    step_ = difference_part * box.diagonal().norm();
+    step_ = load_difference_part * box.diagonal().norm();
   }
 
   ModeUnknowns::Vector random_displacement() {

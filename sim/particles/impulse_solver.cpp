@@ -104,6 +104,20 @@ double ImpulseSolver::parting_acceleration(const SphereContact& contact,
                             (1 - support_[b]) * step.acceleration[b]);
 }
 
+// Returns the speed (m/s) below which sides rest that meet: that of half a step of free motion
+// along the normal. Unless obstacles alone bear both spheres, the whole weight counts: heaps rest.
+double ImpulseSolver::resting_speed(const SphereContact& contact, const ImpulseStep& step) const {
+  const int a = contact.sphere, b = contact.other;
+  Vec3 relative = step.acceleration[a];
+  if (b >= 0) relative -= step.acceleration[b];
+  const double along_normal = 0.5 * step.length * std::abs(contact.normal.dot(relative));
+  const auto rolls = [&](int sphere) {
+    return support_[sphere] > 0 && support_by_spheres_[sphere] == 0;
+  };
+  const bool both_roll = rolls(a) && (b < 0 || rolls(b));
+  return both_roll ? along_normal : std::max(step.resting_speed, along_normal);
+}
+
 // Returns the speed (m/s) above which the sides part after an impact. Bounces must last several
 // steps where the weight brings a sphere that falls back to one that rests, and in a heap, whose
 // spheres rest on each other. Balls that roll on an obstacle part from each other at any speed.
@@ -116,34 +130,42 @@ double ImpulseSolver::least_rebound(const SphereContact& contact, const ImpulseS
     load_in_heap = std::max(load_in_heap, support_by_spheres_[sphere] * weight);
   }
   const double load = std::max(load_in_heap, -support * parting_acceleration(contact, step));
-  return std::max(step.resting_speed, 0.5 * least_bounce * step.length * load);
+  return std::max(resting_speed(contact, step), 0.5 * least_bounce * step.length * load);
 }
 
 // Sets the least normal velocity at the end of the step, and the time at which the impulse acts.
 // Returns false if the contact neither touches nor closes in free motion.
 bool ImpulseSolver::set_target(const SphereContact& contact, const ImpulseStep& step,
                                Row& row) const {
+  if (contact.is_borne) return false;
   const double length = step.length, rest = least_gap(contact), gap = contact.gap - rest;
   const Vec3& other = contact.other < 0 ? contact.drive : step.velocity[contact.other];
   const double speed = contact.normal.dot(step.velocity[contact.sphere] - other);
-  const double acceleration = parting_acceleration(contact, step);
+  const double free_acceleration = parting_acceleration(contact, step);
+  // The surface rises by rise * length during the step.
+  const double acceleration = free_acceleration - 2 * contact.rise / length;
   const double time = closing_time(gap, speed, acceleration, length);
   row.time = 0.5 * length;
+  row.target = contact.rise;
+  // A sphere that parts from a curved surface by itself takes up no energy where it is kept on it.
+  if (contact.rise > 0) row.target -= std::max(0.0, speed);
   if (time < 0) {
-    row.target = gap <= 0 ? 0 : -gap / length;
+    if (gap > 0) row.target -= gap / length;
     // Sides that stay apart by themselves are not slowed down: they may come back in the next step.
-    if (gap + length * (speed + 0.5 * length * acceleration) >= 0)
-      row.target = std::min(row.target, speed + length * acceleration);
+    if (gap + length * (speed + 0.5 * length * acceleration) >= 0) {
+      const double change = contact.normal.dot(contact.drive - contact.end_drive);
+      row.target = std::min(row.target, speed + change + length * acceleration);
+    }
     return gap <= touching_share * rest;
   }
   const double left = length - time, impact_speed = -(speed + acceleration * time);
-  row.is_impact = impact_speed > step.resting_speed;
+  row.is_impact = impact_speed > resting_speed(contact, step);
   if (!row.is_impact) return true;
   const double rebound = contact.restitution * impact_speed;
   row.time = time;
   row.parts = rebound > least_rebound(contact, step);
   if (row.parts) {
-    row.target = rebound + acceleration * left;
+    row.target = rebound + free_acceleration * left;
   } else {
     // The part of the impulse that bears the weight after the impact acts evenly.
     const double load = std::max(0.0, -acceleration * left);
@@ -179,13 +201,14 @@ void ImpulseSolver::make_rows(std::span<const SphereContact> contacts, const Imp
 }
 
 // Returns the velocity of the first side of a contact relative to the second one.
-Vec3 ImpulseSolver::velocity_at(const SphereContact& contact) const {
-  Vec3 velocity = velocity_[contact.sphere] - contact.drive, turning = turning_[contact.sphere];
+Vec3 ImpulseSolver::velocity_at(const SphereContact& contact, const Row& row) const {
+  Vec3 velocity = velocity_[contact.sphere] - row.drive_of(contact),
+       turning = turning_[contact.sphere];
   if (contact.other >= 0) {
     velocity -= velocity_[contact.other];
     turning += turning_[contact.other];
   }
-  return velocity - turning.cross(contact.normal);
+  return velocity - turning.cross(row.normal_of(contact));
 }
 
 void ImpulseSolver::add_row(const SphereContact& contact, Row& row) {
@@ -201,8 +224,8 @@ void ImpulseSolver::add_row(const SphereContact& contact, Row& row) {
   row.tangential_mass = 1 / (normal + turning);
   LaneRows& rows = lanes_of(row);
   const int lane = lane_of(row.place);
-  set_lane(rows.normal, lane, contact.normal);
-  set_lane(rows.approach, lane, velocity_at(contact));
+  set_lane(rows.normal, lane, row.normal_of(contact));
+  set_lane(rows.approach, lane, velocity_at(contact, row));
   rows.friction.values[lane] = static_cast<float>(contact.friction);
   rows.target.values[lane] = static_cast<float>(row.target);
   rows.normal_mass.values[lane] = static_cast<float>(row.normal_mass / unit_mass_);
@@ -216,7 +239,7 @@ void ImpulseSolver::take_kept(std::span<const SphereContact> contacts, double le
   match_kept(kept_, rows_.size(), key_of, [&](std::size_t index, const KeptImpulse& kept) {
     const Row& row = rows_[index];
     if (row.is_impact) return;
-    const Vec3& normal = contacts[row.contact].normal;
+    const Vec3 normal = row.normal_of(contacts[row.contact]);
     const Vec3 tangential(kept.tangential.data());
     lanes_of(row).impulse.values[lane_of(row.place)] = static_cast<float>(scale * kept.normal);
     set_lane(lanes_of(row).tangential, lane_of(row.place),
@@ -241,7 +264,7 @@ void ImpulseSolver::keep(std::span<const SphereContact> contacts, const ImpulseS
     if (row.is_impact) continue;
     const Vec3& tangential = row.tangential;
     kept_.push_back({contact.key(), row.impulse, {tangential[0], tangential[1], tangential[2]}});
-    const Vec3 impulse = row.impulse * contact.normal + tangential;
+    const Vec3 impulse = row.impulse * row.normal_of(contact) + tangential;
     // Until the end of this loop, support_ has that by obstacles alone.
     (b < 0 ? support_ : support_by_spheres_)[a] -= impulse.dot(step.acceleration[a]);
     if (b >= 0) support_by_spheres_[b] += impulse.dot(step.acceleration[b]);
@@ -250,7 +273,8 @@ void ImpulseSolver::keep(std::span<const SphereContact> contacts, const ImpulseS
     const double whole = step.length * step.acceleration[i].squaredNorm() / inverse_mass_[i];
     const auto share = [&](double taken) { return taken > 0 ? std::min(taken / whole, 1.0) : 0.0; };
     support_[i] = share(support_[i] + support_by_spheres_[i]);
-    support_by_spheres_[i] = share(support_by_spheres_[i]);
+    // Negative where other spheres press the sphere down.
+    if (whole > 0) support_by_spheres_[i] = std::clamp(support_by_spheres_[i] / whole, -1.0, 1.0);
   }
 }
 
@@ -312,11 +336,11 @@ unsigned ImpulseSolver::solve(int batch, float factor, float small_change) {
 }
 
 // Adds impulses to the motions of the sides of a contact. What one side gains, the other one loses.
-void ImpulseSolver::push(const SphereContact& contact, double along_normal,
+void ImpulseSolver::push(const SphereContact& contact, const Vec3& normal, double along_normal,
                          const Vec3& tangential) {
   const int a = contact.sphere, b = contact.other;
-  const Vec3 impulse = along_normal * contact.normal + tangential;
-  const Vec3 turn = contact.normal.cross(tangential);
+  const Vec3 impulse = along_normal * normal + tangential;
+  const Vec3 turn = normal.cross(tangential);
   velocity_[a] += inverse_mass_[a] * impulse;
   turning_[a] -= turning_share_[a] * turn;
   if (b < 0) return;
@@ -333,22 +357,23 @@ void ImpulseSolver::take_impulses(std::span<const SphereContact> contacts) {
     const int lane = lane_of(row.place);
     row.impulse = unit_mass_ * rows.impulse.values[lane];
     row.tangential = unit_mass_ * get_lane(rows.tangential, lane);
-    row.tangential -= row.tangential.dot(contact.normal) * contact.normal;
-    push(contact, row.impulse, row.tangential);
+    const Vec3 normal = row.normal_of(contact);
+    row.tangential -= row.tangential.dot(normal) * normal;
+    push(contact, normal, row.impulse, row.tangential);
   }
 }
 
 // Solves a row in double precision. Returns the change of the relative velocity (m/s) that its
 // impulse makes.
 double ImpulseSolver::solve_exactly(const SphereContact& contact, double target, Row& row) {
-  const Vec3 velocity = velocity_at(contact);
-  const double speed = velocity.dot(contact.normal), before = row.impulse;
+  const Vec3 velocity = velocity_at(contact, row), normal = row.normal_of(contact);
+  const double speed = velocity.dot(normal), before = row.impulse;
   row.impulse = std::max(0.0, before + row.normal_mass * (target - speed));
   const Vec3 old = row.tangential;
-  row.tangential -= row.tangential_mass * (velocity - speed * contact.normal);
+  row.tangential -= row.tangential_mass * (velocity - speed * normal);
   const double limit = contact.friction * row.impulse, size = row.tangential.norm();
   if (size > limit) row.tangential *= limit / size;
-  push(contact, row.impulse - before, row.tangential - old);
+  push(contact, normal, row.impulse - before, row.tangential - old);
   return std::max(std::abs(row.impulse - before) / row.normal_mass,
                   (row.tangential - old).norm() / row.tangential_mass);
 }
@@ -363,7 +388,7 @@ void ImpulseSolver::find_free_motions(std::span<const SphereContact> contacts,
     const SphereContact& contact = contacts[row.contact];
     Vec3 acceleration = step.acceleration[contact.sphere];
     if (contact.other >= 0) acceleration -= step.acceleration[contact.other];
-    const Vec3 at_end = velocity_at(contact);
+    const Vec3 at_end = velocity_at(contact, row);
     free_motions_.push_back({at_end, at_end - (step.length - row.time) * acceleration});
   }
 }
@@ -374,10 +399,10 @@ void ImpulseSolver::find_free_motions(std::span<const SphereContact> contacts,
 // v without and V with all impulses at the end, and moves the sphere by P (h - t) / m.
 ImpulseSolver::Work ImpulseSolver::work_of(std::span<const SphereContact> contacts, int row) const {
   const SphereContact& contact = contacts[rows_[row].contact];
-  const Vec3 impulse = rows_[row].impulse * contact.normal + rows_[row].tangential;
+  const Vec3 impulse = rows_[row].impulse * rows_[row].normal_of(contact) + rows_[row].tangential;
   const FreeMotion& free = free_motions_[row];
   const double before = impulse.dot(free.at_impulse),
-               change = 0.5 * impulse.dot(velocity_at(contact) - free.at_end);
+               change = 0.5 * impulse.dot(velocity_at(contact, rows_[row]) - free.at_end);
   return {before + change, std::abs(before) + std::abs(change)};
 }
 
@@ -450,16 +475,16 @@ void ImpulseSolver::limit_energy(std::span<const SphereContact> contacts,
   std::vector<Before> before;
   for (const int r : rows) {
     const Row& row = rows_[r];
-    before.push_back({row.impulse, row.tangential, velocity_at(contacts[row.contact])});
+    before.push_back({row.impulse, row.tangential, velocity_at(contacts[row.contact], row)});
   }
   const double with = work_of(contacts, rows), without = settle(contacts, rows);
   double square = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Row& row = rows_[rows[i]];
     const SphereContact& contact = contacts[row.contact];
-    const Vec3 impulse = (before[i].impulse - row.impulse) * contact.normal +
+    const Vec3 impulse = (before[i].impulse - row.impulse) * row.normal_of(contact) +
                          (before[i].tangential - row.tangential);
-    square += 0.5 * impulse.dot(before[i].velocity - velocity_at(contact));
+    square += 0.5 * impulse.dot(before[i].velocity - velocity_at(contact, row));
   }
   const double share = largest_share(without, with - without - square, square);
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -468,7 +493,7 @@ void ImpulseSolver::limit_energy(std::span<const SphereContact> contacts,
     const Vec3 tangential = share * (before[i].tangential - row.tangential);
     row.impulse += along_normal;
     row.tangential += tangential;
-    push(contacts[row.contact], along_normal, tangential);
+    push(contacts[row.contact], row.normal_of(contacts[row.contact]), along_normal, tangential);
   }
 }
 
@@ -549,8 +574,8 @@ void ImpulseSolver::find_kicks(std::span<const SphereContact> contacts,
     const bool is_lone = impulse_count_[contact.sphere] == 1 &&
                          (contact.other < 0 || impulse_count_[contact.other] == 1);
     if (!is_lone) continue;
-    const Vec3 impulse = row.impulse * contact.normal + row.tangential;
-    const Vec3 turn = -contact.normal.cross(row.tangential);
+    const Vec3 impulse = row.impulse * row.normal_of(contact) + row.tangential;
+    const Vec3 turn = -row.normal_of(contact).cross(row.tangential);
     add(row, contact.sphere, impulse, turn);
     if (contact.other >= 0) add(row, contact.other, -impulse, turn);
   }

@@ -18,7 +18,7 @@ namespace weft::sim {
 // The data of a step that both solutions share. Lists have one entry per sphere.
 struct ImpulseStep {
   double length = 0;                   // s
-  double resting_speed = 0;            // m/s; spheres that would part more slowly rest instead
+  double resting_speed = 0;            // m/s; spheres in heaps that meet more slowly rest
   std::span<const Vec3> velocity;      // m/s, at the start
   std::span<const Vec3> acceleration;  // m/s^2, of a free sphere, constant during the step
 };
@@ -95,6 +95,16 @@ class ImpulseSolver {
     double normal_mass = 0, tangential_mass = 0;  // kg
     double impulse = 0;                           // kg m/s, along the normal
     Vec3 tangential{0, 0, 0};                     // kg m/s, impulse of friction
+
+    // Returns the unit vector along which the impulse acts: not that of the start where the surface
+    // rises before the sphere.
+    Vec3 normal_of(const SphereContact& contact) const {
+      return parts ? contact.normal : contact.rolling_normal();
+    }
+    // Returns the velocity (m/s) of an obstacle that the sphere meets, or that it stays on.
+    const Vec3& drive_of(const SphereContact& contact) const {
+      return is_impact ? contact.drive : contact.end_drive;
+    }
   };
   // The rows of a batch. Masses and impulses are divided by unit_mass_. Lanes without a row are
   // zero.
@@ -130,12 +140,13 @@ class ImpulseSolver {
   void start(const ImpulseStep& step, std::span<const Vec3> spin);
   void make_rows(std::span<const SphereContact> contacts, const ImpulseStep& step);
   double parting_acceleration(const SphereContact& contact, const ImpulseStep& step) const;
+  double resting_speed(const SphereContact& contact, const ImpulseStep& step) const;
   double least_rebound(const SphereContact& contact, const ImpulseStep& step) const;
   bool set_target(const SphereContact& contact, const ImpulseStep& step, Row& row) const;
   void take_kept(std::span<const SphereContact> contacts, double length);
   void keep(std::span<const SphereContact> contacts, const ImpulseStep& step);
   void add_row(const SphereContact& contact, Row& row);
-  Vec3 velocity_at(const SphereContact& contact) const;
+  Vec3 velocity_at(const SphereContact& contact, const Row& row) const;
   LaneRows& lanes_of(const Row& row) { return lanes_[batch_of(row.place)]; }
   const LaneRows& lanes_of(const Row& row) const { return lanes_[batch_of(row.place)]; }
   Sides load(int batch) const;
@@ -151,12 +162,14 @@ class ImpulseSolver {
   double settle(std::span<const SphereContact> contacts, std::span<const int> rows);
   void limit_energy(std::span<const SphereContact> contacts, std::span<const int> rows);
   void limit_energy(std::span<const SphereContact> contacts);
-  void push(const SphereContact& contact, double along_normal, const Vec3& tangential);
+  void push(const SphereContact& contact, const Vec3& normal, double along_normal,
+            const Vec3& tangential);
   double least_gap(const SphereContact& contact) const;
 
   std::vector<double> radius_, inverse_mass_, turning_share_, inertia_, rest_gap_;
   // The share of the acceleration of a free sphere that contacts at rest took up in the last step,
-  // by sphere: all contacts, and those with other spheres.
+  // by sphere: all contacts, and those with other spheres. The latter is negative where these press
+  // the sphere down.
   std::vector<double> support_, support_by_spheres_;
   std::vector<int> impulse_count_;        // contacts with an impulse in this step, by sphere
   double unit_mass_;                      // kg, that of the lightest sphere

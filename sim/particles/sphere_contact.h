@@ -25,8 +25,18 @@ struct SphereContact {
   Vec3 normal{0, 0, 0};  // unit vector from the closest point of the other side to the sphere
   double gap = 0;        // m, distance of the surfaces, less half the thickness of an obstacle
   Vec3 drive{0, 0, 0};   // m/s, mean velocity of the obstacle's closest point during the step
+  // Velocity (m/s) at the end of the step of the point of the obstacle that the sphere will be at.
+  Vec3 end_drive{0, 0, 0};
+  // Where a sphere rolls or slides on an obstacle that rises before it, `normal` plus `bend` is
+  // half way between the normals at both ends of the step. `rise` (m/s) is the speed along it with
+  // which the sphere leaves the plane that it moves on at the start. Both are zero elsewhere.
+  Vec3 bend{0, 0, 0};
+  double rise = 0;
+  // True if a closer contact with the same curved surface bears the sphere in this one's place.
+  bool is_borne = false;
   double restitution = 0, friction = 0;
 
+  Vec3 rolling_normal() const { return normal + bend; }
   ContactKey key() const { return {surface, sphere, other, triangle}; }
 };
 

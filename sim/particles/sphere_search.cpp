@@ -1,5 +1,6 @@
 #include "sim/particles/sphere_search.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,6 +25,15 @@ constexpr double equally_close = 1e-9;
 constexpr double rounding_of_moves = 1e-9;
 // Relative difference of squared distances that rounding may hide. Spheres this near overlap.
 constexpr double last_digits = 1e-14;
+// Way of a sphere along a surface in a step, as a fraction of the radius, from which it counts that
+// the normal changes on it. On shorter ways the surface rises by far less than a rest gap.
+constexpr double least_way = 1e-3;
+// Least part of a change of the normal that is along the way of the sphere. In a groove, normals
+// differ across the way.
+constexpr double least_bend = 0.3;
+// Least cosine of the angle between the normals at both ends of a step on a surface that counts as
+// curved. Larger angles (11.5 degrees) are kinks, which a sphere hits.
+constexpr double least_cosine_of_curves = 0.98;
 
 // Returns the least squared distance of two points on straight paths, after they begin to move,
 // from their distance vectors at both ends. It is infinite if they part from the beginning.
@@ -188,9 +198,67 @@ void SphereSearch::add_surface_contacts(int surface, int sphere, const SphereSta
     const Closest found = closest(target, sphere, each.triangle, place);
     if (found.gap <= need) near_.push_back(found);
   }
+  const std::size_t before = contacts.size();
   for (std::size_t i = 0; i < near_.size(); ++i) {
     if (is_minimum(target, sphere, i))
       contacts.push_back(surface_contact(surface, sphere, near_[i], start));
+  }
+  if (contacts.size() > before) look_ahead(start, std::span(contacts).subspan(before));
+}
+
+// Finds how a surface goes on for a sphere that slides or rolls on it. `contacts` are those of the
+// sphere with the surface, and near_ has the triangles near it. Beside an edge of a mesh that
+// stands for a curved surface a sphere has several contacts with nearly equal normals. The closest
+// one bears it: sweeps would not find which.
+void SphereSearch::look_ahead(const SphereStart& start, std::span<SphereContact> contacts) const {
+  const SphereContact support = *std::ranges::min_element(contacts, {}, &SphereContact::gap);
+  const int sphere = support.sphere;
+  const ObstacleSurface& target = surfaces_.all()[support.surface];
+  const bool moves = target.motion != nullptr;
+  const RigidPose& end = start.ends[support.surface];
+  const Vec3& normal = support.normal;
+  const Vec3 relative = start.velocity[sphere] - support.drive;
+  const Vec3 slide = relative - relative.dot(normal) * normal;
+  const Vec3 place = start.position[sphere] + start.length * (support.drive + slide);
+  Vec3 last_normal = normal;
+  const double way = start.length * slide.norm();
+  const bool can_bend = way > std::max(support.gap, least_way * radii_[sphere]);
+  if (can_bend && (moves || near_.size() > 1)) {
+    const Vec3 last_place = local(support.surface, end, place);
+    double least = std::numeric_limits<double>::infinity();
+    for (const Closest& each : near_) {
+      if (each.gap > support.gap + 2 * way) continue;
+      const Closest found = closest(target, sphere, each.triangle, last_place);
+      if (!(found.gap < least)) continue;
+      least = found.gap;
+      last_normal = moves ? Vec3(end.rotation * found.normal) : found.normal;
+    }
+    // True if the surface bends along the way until it has this normal, if at all.
+    const auto bends_to = [&](const Vec3& other) {
+      const Vec3 change = other - normal;
+      return normal.dot(other) >= least_cosine_of_curves &&
+             std::abs(slide.dot(change)) >= least_bend * slide.norm() * change.norm();
+    };
+    const bool rises = slide.dot(last_normal) < 0 && bends_to(last_normal);
+    for (SphereContact& contact : contacts) {
+      if (contact.triangle != support.triangle) {
+        contact.is_borne = bends_to(contact.normal);
+      } else if (rises) {
+        const Vec3 middle = (normal + last_normal).normalized();
+        contact.bend = middle - normal;
+        contact.rise = -slide.dot(middle);
+      }
+    }
+  }
+  if (!moves) return;
+  for (SphereContact& contact : contacts) {
+    const bool goes_on = last_normal.dot(contact.normal) >= least_cosine_of_curves;
+    const double distance = contact.gap + radii_[sphere] + target.half_thickness;
+    const Vec3 arm =
+        place - distance * (goes_on ? last_normal : contact.normal) - end.centre - end.translation;
+    contact.end_drive = end.velocity + end.angular_velocity.cross(arm);
+    // Along the normal the mean velocity counts, with which gaps close.
+    contact.end_drive += contact.normal.dot(contact.drive - contact.end_drive) * contact.normal;
   }
 }
 

@@ -19,7 +19,7 @@ struct SphereStart {
   std::span<const Vec3> velocity,
       acceleration;                  // m/s and m/s^2; acceleration is that in free motion
   std::span<const RigidPose> poses;  // at the start of the step
-  std::span<const RigidPose> ends;   // at its end
+  std::span<const RigidPose> ends;   // at its end, with the velocities during the step
   double length = 0;                 // s, length of the step
 };
 
@@ -71,6 +71,7 @@ class SphereSearch {
                                 const SphereStart& start) const;
   void add_surface_contacts(int surface, int sphere, const SphereStart& start, double reach,
                             std::vector<SphereContact>& contacts);
+  void look_ahead(const SphereStart& start, std::span<SphereContact> contacts) const;
   void add_surface_overlaps(int surface, int sphere, const SphereStart& start, const Vec3& end,
                             std::vector<SphereContact>& overlaps);
   bool is_minimum(const ObstacleSurface& surface, int sphere, std::size_t candidate) const;

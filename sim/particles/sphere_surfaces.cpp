@@ -30,10 +30,11 @@ SphereSurfaces::SphereSurfaces(const Scene& scene) {
   }
 }
 
-std::vector<RigidPose> SphereSurfaces::poses(double time) const {
+std::vector<RigidPose> SphereSurfaces::poses(double time, bool before_jump) const {
   std::vector<RigidPose> poses;
   for (const ObstacleSurface& surface : all_)
-    poses.push_back(surface.motion != nullptr ? surface.motion->pose(time) : RigidPose());
+    poses.push_back(surface.motion != nullptr ? surface.motion->pose(time, before_jump)
+                                              : RigidPose());
   return poses;
 }
 

@@ -28,8 +28,9 @@ class SphereSurfaces {
 
   std::span<const ObstacleSurface> all() const { return all_; }
   int count() const { return static_cast<int>(all_.size()); }
-  // Returns the poses of all surfaces at `time` (s).
-  std::vector<RigidPose> poses(double time) const;
+  // Returns the poses of all surfaces at `time` (s). Where velocities jump, they are those after
+  // the jump, or before it if `before_jump`.
+  std::vector<RigidPose> poses(double time, bool before_jump = false) const;
 
  private:
   std::vector<ObstacleSurface> all_;

@@ -386,6 +386,34 @@ std::string plate(const std::string& more) {
          "shape = { type = \"rectangle\", size = [1, 1], resolution = [3, 3] }\n";
 }
 
+// A ball that sticks to a turntable goes round with it: two turns.
+TEST(DrivenParticles, StickToATurntable) {
+  Simulation simulation = simulate(R"(
+[time]
+method = "impulses"
+duration = 4
+[[particles]]
+name = "ball"
+radius = 0.05
+friction = 3
+spin = false
+velocity = [0, 1.5707963267948966, 0]
+positions = { type = "grid", count = [1, 1, 1], centre = [0.5, 0, 0.0505] }
+[[obstacle]]
+name = "table"
+shape = { type = "rectangle", size = [3, 3], resolution = [5, 5] }
+motion = { centre = [0, 0, 0], angular_velocity_deg = [0, 0, 180] }
+)");
+  for (const double time : {0.5, 1.0, 2.5, 4.0}) {
+    run_until(simulation, time);
+    const Vec3 place = simulation.position("ball")[0], velocity = simulation.velocity("ball")[0];
+    const double angle = std::numbers::pi * time;
+    EXPECT_LT((place - Vec3(0.5 * std::cos(angle), 0.5 * std::sin(angle), place.z())).norm(), 2e-3)
+        << time;
+    EXPECT_NEAR(velocity.norm() / (0.5 * std::numbers::pi), 1, 1e-3) << time;
+  }
+}
+
 // A plate of 5 m/s meets a ball at rest, which flies off at 10 m/s.
 TEST(DrivenParticles, ABatStrikesABall) {
   const std::string text =

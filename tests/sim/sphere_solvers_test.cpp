@@ -272,7 +272,7 @@ TEST_F(Heap, HasTheVelocitiesOfOneRowAfterTheOther) {
   for (int i = 0; i < count; i += 7) add({i, -1}, Vec3(0.6, 0, 0.8));
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     contacts[c].friction = c % 4 == 0 ? 0 : 0.3;
-    if (contacts[c].other < 0) contacts[c].drive = {0.1, -0.2, 0.3};
+    if (contacts[c].other < 0) contacts[c].drive = contacts[c].end_drive = {0.1, -0.2, 0.3};
   }
   std::ranges::sort(contacts, {}, &SphereContact::key);
   std::vector<Vec3> found(count), spin(count, Vec3(1, -2, 3));
