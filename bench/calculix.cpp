@@ -140,7 +140,8 @@ void write_supports(const Case& source, const Nodes& nodes, std::ostream& out) {
   const bsi::Surface& surface = nodes.surface();
   for (const sim::PinCase& pin : source.body.at(0).pin) {
     const bool is_edge = !pin.vertices.edges.empty();
-    for (const int particle : sim::select_pinned(pin, surface.atlas, surface.positions)) {
+    for (const int particle : sim::select_vertices(pin.vertices, pin.location, "pin", surface.atlas,
+                                                   surface.positions)) {
       for (const int node : nodes.numbers(particle, is_edge)) {
         for (const int direction : directions_of(pin))
           out << node << ", " << direction << ", " << direction << '\n';

@@ -42,7 +42,7 @@ Timed run_case(const std::string& text) {
   const TemporaryFolder folder;
   const double start = user_time();
   double first_step = 0;
-  const auto scene = build_scene(parse_case(text, "skipping.toml", {}));
+  const auto scene = build_scene(parse_case(text, "skipping.toml"));
   RunOptions options;
   options.trajectory = folder.path("run.h5");
   options.progress = [&](double) {

@@ -1,4 +1,4 @@
-// What modes leave out of the linearised forces.
+// The forces that modes leave out.
 #pragma once
 
 #include <span>

@@ -17,7 +17,7 @@ Vector product_of_magnitudes(const Matrix& a, const Vector& vector) {
 }
 
 // Number of rounding errors of positions that may add up in the strain of an edge.
-constexpr double rounded_position_part = 16;
+constexpr double strain_roundings = 16;
 // Shortest length of an edge, as a fraction of the longest edge at the same particle. Shorter ones
 // are ties and seams, whose stiffness depends on no tension.
 constexpr double shortest_edge = 0.01;
@@ -47,7 +47,7 @@ double rounding_scale(const Matrix& a, const Vector& vector) {
 }
 
 PositionRounding::PositionRounding(const BlockMatrix& stiffness, std::span<const Vec3> position) {
-  constexpr double unit = rounded_position_part * std::numeric_limits<double>::epsilon();
+  constexpr double unit = strain_roundings * std::numeric_limits<double>::epsilon();
   const BlockPattern& pattern = stiffness.pattern();
   for (int i = 0; i < pattern.rows(); ++i) {
     double longest = 0;

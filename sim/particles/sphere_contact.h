@@ -27,7 +27,7 @@ struct SphereContact {
   Vec3 drive{0, 0, 0};   // m/s, mean velocity of the obstacle's closest point during the step
   // Velocity (m/s) at the end of the step of the point of the obstacle that the sphere will be at.
   Vec3 end_drive{0, 0, 0};
-  // Where a sphere rolls or slides on an obstacle that rises before it, `normal` plus `bend` is
+  // If a sphere rolls or slides on an obstacle that rises before it, `normal` plus `bend` is
   // half way between the normals at both ends of the step. `rise` (m/s) is the speed along it with
   // which the sphere leaves the plane that it moves on at the start. Both are zero elsewhere.
   Vec3 bend{0, 0, 0};

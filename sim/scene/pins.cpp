@@ -88,9 +88,9 @@ std::vector<Vec3> points_of_image(const SceneBody& body, std::span<const Vec3> p
 }  // namespace
 
 std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLocation& where,
-                                 const std::string& owner, const SceneBody& body,
-                                 std::span<const Vec3> positions) {
-  Selection selection(vertices.patch, where, body.atlas);
+                                 const std::string& owner, const bsi::Atlas& atlas,
+                                 std::span<const Vec3> points) {
+  Selection selection(vertices.patch, where, atlas);
   for (const std::string& corner : vertices.corners) selection.add_corner(corner);
   for (const std::string& edge : vertices.edges) selection.add_edge(edge);
   if (!vertices.rows.empty() || !vertices.cols.empty()) {
@@ -98,16 +98,22 @@ std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLo
     selection.add_block(resolve_range(vertices.rows, patch.rows, owner, "rows", where),
                         resolve_range(vertices.cols, patch.cols, owner, "cols", where));
   }
-  if (vertices.region_min && vertices.region_max) {
-    selection.add_region(points_of_image(body, positions), *vertices.region_min,
-                         *vertices.region_max);
-  }
+  if (vertices.region_min && vertices.region_max)
+    selection.add_region(points, *vertices.region_min, *vertices.region_max);
   std::vector<int> particles = selection.take();
   if (particles.empty()) {
     throw CaseError(where, "this " + owner + " selects no vertex",
                     "expected a region that holds at least one vertex at t = 0");
   }
   return particles;
+}
+
+std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLocation& where,
+                                 const std::string& owner, const SceneBody& body,
+                                 std::span<const Vec3> positions) {
+  const std::vector<Vec3> points =
+      vertices.region_min ? points_of_image(body, positions) : std::vector<Vec3>();
+  return select_vertices(vertices, where, owner, body.atlas, points);
 }
 
 }  // namespace weft::sim

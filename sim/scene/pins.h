@@ -10,15 +10,18 @@
 
 namespace weft::sim {
 
-// Returns the particles of a body (local indices, sorted, each once) that a case file selects by
-// corners, edges, ranges of rows and columns, or a box. Several selectors select the union of their
-// vertices. A range of rows together with a range of columns selects the block where both meet. The
-// box selects the vertices whose points of the surface it holds at `positions` (m, by particle of
-// the body). For a shell these points are those of its image, because its control points, which
-// `positions` are, lie beside the surface. Throws CaseError at `where` if the body lacks the
-// patch, a range lies outside the image, a selected corner or edge does not exist because an axis
-// is closed, or nothing is selected. `owner` names the selecting table in messages: "pin", "tie" or
-// "load".
+// Returns the particles of an image (sorted, each once) that a case file selects by corners, edges,
+// ranges of rows and columns, or a box. Several selectors select the union of their vertices. A
+// range of rows together with a range of columns selects the block where both meet. The box selects
+// the vertices whose `points` of the surface (m, by particle) it holds. Throws CaseError at `where`
+// if the image lacks the patch, a range lies outside it, a selected corner or edge does not exist
+// because an axis is closed, or nothing is selected. `owner` names the selecting table in messages:
+// "pin", "tie" or "load".
+std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLocation& where,
+                                 const std::string& owner, const bsi::Atlas& atlas,
+                                 std::span<const Vec3> points);
+// Selects particles of a body (local indices). `positions` are those of its particles, m. The
+// points of a shell are those of its image, because its control points lie beside the surface.
 std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLocation& where,
                                  const std::string& owner, const SceneBody& body,
                                  std::span<const Vec3> positions);

@@ -182,7 +182,7 @@ TEST(Clamp, NeedsAnEdge) {
   const std::string text = "[material.stiff]\nbending_stiffness = 1e-3\n" + sheet +
                            "[[body.pin]]\ncorners = [\"all\"]\nclamp = true\n";
   try {
-    build_scene(parse_case(text, "case.toml", {}));
+    build_scene(parse_case(text, "case.toml"));
     FAIL() << "accepted";
   } catch (const CaseError& error) {
     EXPECT_STREQ(error.what(),

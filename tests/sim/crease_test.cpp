@@ -202,7 +202,7 @@ TEST(Crease, DissipateWhatTheMotionLoses) {
 
 // An energy watch that did not know the loss would let as much again be gained.
 TEST(Crease, TheEnergyWatchSubtractsTheLoss) {
-  const auto scene = build_scene(parse_case(falling_strip, "test.toml", {}));
+  const auto scene = build_scene(parse_case(falling_strip, "test.toml"));
   Statistics statistics;
   Dynamics dynamics(*scene, statistics);
   const std::vector<double> y = dynamics.initial_state();
@@ -310,7 +310,7 @@ TEST(Crease, DoesNotDependOnThreads) {
 // The history follows accepted steps: a time within the last one sees the creases at its start, and
 // a step that is taken back leaves none.
 TEST(CreaseHistory, FollowsAcceptedSteps) {
-  const auto scene = build_scene(parse_case(bent_strip, "test.toml", {}));
+  const auto scene = build_scene(parse_case(bent_strip, "test.toml"));
   CreaseHistory history(*scene);
   ASSERT_EQ(history.of_body(0).size(), 2 * 4 * 20);
   const auto accept = [&](double time, double curvature) {

@@ -34,7 +34,7 @@ inline Vec3 mean_of(const std::vector<Vec3>& all) {
 // and at `time`. Forces are the mass matrix times the accelerations. Precondition: without contact
 // and mass damping; moving pins rest at `time`.
 inline void expect_consistent_forces(const std::string& text, double time) {
-  const auto scene = build_scene(parse_case(text, "test.toml", {}));
+  const auto scene = build_scene(parse_case(text, "test.toml"));
   Statistics statistics;
   Dynamics dynamics(*scene, statistics);
   const Eigen::SparseMatrix<double> mass = mass_matrix(*scene);

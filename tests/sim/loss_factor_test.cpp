@@ -151,7 +151,7 @@ loss_frequency = 100
 name = "strip"
 shape = { type = "rectangle", size = [0.1, 0.1], resolution = [5, 5] }
 )";
-  const auto scene = build_scene(parse_case(shell, "test.toml", {}));
+  const auto scene = build_scene(parse_case(shell, "test.toml"));
   Statistics statistics;
   EXPECT_TRUE(Dynamics(*scene, statistics).has_damping());
   EXPECT_NEAR(scene->bodies[0].material->membrane_damping_time().constant(), 0.1 / (200 * pi),

@@ -41,7 +41,7 @@ const std::string sheet =
          "[[body.pin]]\ncorners = [\"first_first\"]\n");
 
 std::unique_ptr<const Scene> scene_of(const std::string& text, const std::string& before = "") {
-  return build_scene(parse_case(before + solid + text, "test.toml", {}));
+  return build_scene(parse_case(before + solid + text, "test.toml"));
 }
 
 std::vector<Vec3> random_vectors(std::size_t count, unsigned seed = 3) {
@@ -77,7 +77,7 @@ TEST(MassOperator, RowSumsAreTheMasses) {
   for (const char* degree : {"", "spline_degree = 2\n"}) {
     std::string text = solid + roof + sheet;
     text.insert(text.find("[material.cloth]"), degree);
-    const auto scene = build_scene(parse_case(text, "test.toml", {}));
+    const auto scene = build_scene(parse_case(text, "test.toml"));
     const Eigen::SparseMatrix<double> mass = mass_matrix(*scene);
     for (int i = 0; i < scene->dynamic_particles; ++i)
       EXPECT_NEAR(mass.col(i).sum(), scene->mass[i], 1e-12 * scene->mass[i]);

@@ -92,7 +92,7 @@ angle_deg = )" +
 }
 
 double strain_energy_of(const std::string& text) {
-  const auto scene = build_scene(parse_case(text, "test.toml", {}));
+  const auto scene = build_scene(parse_case(text, "test.toml"));
   Statistics statistics;
   Dynamics dynamics(*scene, statistics);
   double sum = 0;
@@ -155,7 +155,7 @@ to_edge = "first_row"
 
 // Vertices that hang between the same two vertices touch, as contact knows.
 TEST(SeamGeometry, JoinsVerticesThatHangBetweenTheSameOnes) {
-  const auto scene = build_scene(parse_case(uneven_pieces, "test.toml", {}));
+  const auto scene = build_scene(parse_case(uneven_pieces, "test.toml"));
   const Seam& seam = scene->seams.at(0);
   const int first = scene->bodies[scene->case_order[seam.body]].first_point;
   int pairs = 0;
@@ -264,7 +264,7 @@ TEST(SeamGeometry, ClosingPutsInTheEnergyOfTheFold) {
   for (const char* law : {"", "yield_curvature = 20\n"}) {
     std::string text = folded_pieces("[0, -30, 0]", 70) + "closing_time = 0.2\n";
     text.insert(text.find("poisson_ratio"), law);
-    const auto scene = build_scene(parse_case(text, "test.toml", {}));
+    const auto scene = build_scene(parse_case(text, "test.toml"));
     Statistics statistics;
     Dynamics dynamics(*scene, statistics);
     const std::vector<double> y = dynamics.initial_state();

@@ -439,7 +439,7 @@ edge = "last_col"
 to = "far"
 to_edge = "first_col"
 )";
-  const auto scene = build_scene(parse_case(text, "test.toml", {}));
+  const auto scene = build_scene(parse_case(text, "test.toml"));
   ASSERT_EQ(scene->seams.at(0).folds.size(), 8);
   for (const SeamFold& fold : scene->seams[0].folds)
     EXPECT_NEAR(fold.share, fold.body == 0 ? 0.5 : 1.5, 1e-12);
@@ -469,14 +469,14 @@ edge = "last_col"
 to = "far"
 to_edge = "first_col"
 )";
-  const auto scene = build_scene(parse_case(text, "test.toml", {}));
+  const auto scene = build_scene(parse_case(text, "test.toml"));
   ASSERT_EQ(scene->seams.at(0).folds.size(), 8);
   for (const SeamFold& fold : scene->seams[0].folds)
     EXPECT_NEAR(fold.share, fold.body == 0 ? 2 / 1001.0 : 2000 / 1001.0, 1e-12);
 }
 
 TEST(Seam, StitchesByFractionsOfTheEdges) {
-  const auto scene = build_scene(parse_case(thrown_pieces, "test.toml", {}));
+  const auto scene = build_scene(parse_case(thrown_pieces, "test.toml"));
   const Seam& seam = scene->seams.at(0);
   EXPECT_EQ(scene->source.body[seam.body].name, "other");  // the finer side has the stitches
   ASSERT_EQ(seam.stitches.size(), 10);
@@ -532,7 +532,7 @@ TEST(Seam, ContactDoesNotPushSewnEdgesApart) {
 TEST(Seam, DrapesWithoutCrossings) {
   const TemporaryFolder folder;
   const std::string path = folder.path("quilt.h5");
-  const auto scene = build_scene(parse_case(quilt, "test.toml", {}));
+  const auto scene = build_scene(parse_case(quilt, "test.toml"));
   RunOptions options;
   options.trajectory = path;
   const RunReport report = run_simulation(*scene, options);

@@ -21,7 +21,7 @@ std::string plate(const std::string& start, int rows = 9, int columns = 13) {
 }
 
 double strain_energy(const std::string& text) {
-  const auto scene = build_scene(parse_case(text, "test.toml", {}));
+  const auto scene = build_scene(parse_case(text, "test.toml"));
   Statistics statistics;
   Dynamics dynamics(*scene, statistics);
   return dynamics.energies(0, dynamics.initial_state()).total();
@@ -81,7 +81,7 @@ TEST(StartShape, CheckSaysItsEnergy) {
   const auto scene = build_scene(parse_case(plate("{ bend_radius = 0.5 }"), "test.toml", {}));
   const std::string text = describe_scene(*scene);
   EXPECT_NE(text.find("start     strained: membrane "), std::string::npos) << text;
-  const auto flat = build_scene(parse_case(sheet, "test.toml", {}));
+  const auto flat = build_scene(parse_case(sheet, "test.toml"));
   EXPECT_EQ(describe_scene(*flat).find("start "), std::string::npos);
 }
 
@@ -123,8 +123,8 @@ TEST(StartShape, OfAResolvedCaseIsReadAgain) {
        {"start = { shape = { type = \"rectangle\", size = [2, 1], resolution = [5, 9] } }\n",
         "start = { bend_radius = 0.5 }\n",
         "start = { bend_radius = 0.5, bend_direction_deg = 30 }\n"}) {
-    const std::string resolved = case_text(parse_case(sheet + start, "case.toml", {}));
-    EXPECT_EQ(case_text(parse_case(resolved, "resolved.toml", {})), resolved);
+    const std::string resolved = case_text(parse_case(sheet + start, "case.toml"));
+    EXPECT_EQ(case_text(parse_case(resolved, "resolved.toml")), resolved);
   }
 }
 
@@ -134,7 +134,7 @@ TEST(StartShape, RefusesAnImageThatIsClosedOtherwise) {
       "resolution = [5, 9] }\nstart = { shape = { type = \"rectangle\", size = [1, 1], resolution "
       "= [5, 9] } }\n";
   try {
-    build_scene(parse_case(text, "case.toml", {}));
+    build_scene(parse_case(text, "case.toml"));
     FAIL() << "accepted";
   } catch (const CaseError& error) {
     EXPECT_STREQ(error.what(),

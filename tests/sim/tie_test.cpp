@@ -92,7 +92,7 @@ TEST(Tie, ForcesAreSlopesOfTheEnergy) {
 
 // A vertex at the corner of a sheet has half the area of one inside its edge.
 TEST(Tie, SharesItsStiffnessByArea) {
-  const auto scene = build_scene(parse_case(tied_sheets, "test.toml", {}));
+  const auto scene = build_scene(parse_case(tied_sheets, "test.toml"));
   const std::vector<TieSpring>& springs = scene->ties.at(0).springs;
   ASSERT_EQ(springs.size(), 7);
   double sum = 0;

@@ -305,7 +305,7 @@ pin = [{ edges = ["first_col", "last_col"] }]
   }
 }
 
-// The same holds for rigid motions of a thin shell, but not for its vibrations.
+// Rigid motions of a thin shell have no frequency anywhere; its vibrations keep theirs.
 TEST(Modes, OfAThinShellAreTheSameEverywhere) {
   const std::string text = R"(
 [world]
