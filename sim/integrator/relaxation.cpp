@@ -121,8 +121,11 @@ Relaxation::End Relaxation::descend_at(double hardness, std::span<double> y, int
   while (pseudo_steps_ < most_steps && !goal_->should_stop()) {
     ++pseudo_steps_;
     fault_.reset();
-    const double taken = find_direction(y) ? take_correction(y) : 0;
-    const bool is_near = taken == 1 && is_near_rest(hardness < 1, approaches);
+    const bool is_solved = find_direction(y);
+    const double taken = is_solved ? take_correction(y) : 0;
+    // At an equilibrium, rounding decides which part of an exact correction is taken.
+    const bool is_near =
+        (taken == 1 || (is_exact_ && is_solved)) && is_near_rest(hardness < 1, approaches);
     if (is_near && (is_exact_ || approaches)) return End::at_rest;
     is_exact_ = is_near;
     if (is_near) {

@@ -104,20 +104,6 @@ double ImpulseSolver::parting_acceleration(const SphereContact& contact,
                             (1 - support_[b]) * step.acceleration[b]);
 }
 
-// Returns the speed (m/s) below which sides rest that meet: that of half a step of free motion
-// along the normal. Unless obstacles alone bear both spheres, the whole weight counts: heaps rest.
-double ImpulseSolver::resting_speed(const SphereContact& contact, const ImpulseStep& step) const {
-  const int a = contact.sphere, b = contact.other;
-  Vec3 relative = step.acceleration[a];
-  if (b >= 0) relative -= step.acceleration[b];
-  const double along_normal = 0.5 * step.length * std::abs(contact.normal.dot(relative));
-  const auto rolls = [&](int sphere) {
-    return support_[sphere] > 0 && support_by_spheres_[sphere] == 0;
-  };
-  const bool both_roll = rolls(a) && (b < 0 || rolls(b));
-  return both_roll ? along_normal : std::max(step.resting_speed, along_normal);
-}
-
 // Returns the speed (m/s) above which the sides part after an impact. Bounces must last several
 // steps where the weight brings a sphere that falls back to one that rests, and in a heap, whose
 // spheres rest on each other. Balls that roll on an obstacle part from each other at any speed.
@@ -130,7 +116,7 @@ double ImpulseSolver::least_rebound(const SphereContact& contact, const ImpulseS
     load_in_heap = std::max(load_in_heap, support_by_spheres_[sphere] * weight);
   }
   const double load = std::max(load_in_heap, -support * parting_acceleration(contact, step));
-  return std::max(resting_speed(contact, step), 0.5 * least_bounce * step.length * load);
+  return std::max(step.resting_speed, 0.5 * least_bounce * step.length * load);
 }
 
 // Sets the least normal velocity at the end of the step, and the time at which the impulse acts.
@@ -159,7 +145,7 @@ bool ImpulseSolver::set_target(const SphereContact& contact, const ImpulseStep& 
     return gap <= touching_share * rest;
   }
   const double left = length - time, impact_speed = -(speed + acceleration * time);
-  row.is_impact = impact_speed > resting_speed(contact, step);
+  row.is_impact = impact_speed > step.resting_speed;
   if (!row.is_impact) return true;
   const double rebound = contact.restitution * impact_speed;
   row.time = time;
@@ -273,8 +259,7 @@ void ImpulseSolver::keep(std::span<const SphereContact> contacts, const ImpulseS
     const double whole = step.length * step.acceleration[i].squaredNorm() / inverse_mass_[i];
     const auto share = [&](double taken) { return taken > 0 ? std::min(taken / whole, 1.0) : 0.0; };
     support_[i] = share(support_[i] + support_by_spheres_[i]);
-    // Negative where other spheres press the sphere down.
-    if (whole > 0) support_by_spheres_[i] = std::clamp(support_by_spheres_[i] / whole, -1.0, 1.0);
+    support_by_spheres_[i] = share(support_by_spheres_[i]);
   }
 }
 

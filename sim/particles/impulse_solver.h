@@ -18,7 +18,7 @@ namespace weft::sim {
 // The data of a step that both solutions share. Lists have one entry per sphere.
 struct ImpulseStep {
   double length = 0;                   // s
-  double resting_speed = 0;            // m/s; spheres in heaps that meet more slowly rest
+  double resting_speed = 0;            // m/s; spheres that would part more slowly rest instead
   std::span<const Vec3> velocity;      // m/s, at the start
   std::span<const Vec3> acceleration;  // m/s^2, of a free sphere, constant during the step
 };
@@ -140,7 +140,6 @@ class ImpulseSolver {
   void start(const ImpulseStep& step, std::span<const Vec3> spin);
   void make_rows(std::span<const SphereContact> contacts, const ImpulseStep& step);
   double parting_acceleration(const SphereContact& contact, const ImpulseStep& step) const;
-  double resting_speed(const SphereContact& contact, const ImpulseStep& step) const;
   double least_rebound(const SphereContact& contact, const ImpulseStep& step) const;
   bool set_target(const SphereContact& contact, const ImpulseStep& step, Row& row) const;
   void take_kept(std::span<const SphereContact> contacts, double length);
@@ -168,8 +167,7 @@ class ImpulseSolver {
 
   std::vector<double> radius_, inverse_mass_, turning_share_, inertia_, rest_gap_;
   // The share of the acceleration of a free sphere that contacts at rest took up in the last step,
-  // by sphere: all contacts, and those with other spheres. The latter is negative where these press
-  // the sphere down.
+  // by sphere: all contacts, and those with other spheres.
   std::vector<double> support_, support_by_spheres_;
   std::vector<int> impulse_count_;        // contacts with an impulse in this step, by sphere
   double unit_mass_;                      // kg, that of the lightest sphere
