@@ -123,9 +123,10 @@ Relaxation::End Relaxation::descend_at(double hardness, std::span<double> y, int
     fault_.reset();
     const bool is_solved = find_direction(y);
     const double taken = is_solved ? take_correction(y) : 0;
-    // At an equilibrium, rounding decides which part of an exact correction is taken.
-    const bool is_near =
-        (taken == 1 || (is_exact_ && is_solved)) && is_near_rest(hardness < 1, approaches);
+    // At an equilibrium, rounding decides which part of a correction is taken. There the whole
+    // correction is judged.
+    const bool is_judged = taken == 1 || (is_solved && !approaches);
+    const bool is_near = is_judged && is_near_rest(hardness < 1, approaches);
     if (is_near && (is_exact_ || approaches)) return End::at_rest;
     is_exact_ = is_near;
     if (is_near) {
