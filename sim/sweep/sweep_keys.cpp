@@ -60,7 +60,7 @@ void apply_for_names(toml::table& root, const CaseOverride& each) {
     apply_override(root, each);
   } catch (const CaseError&) {
     // An array that only the preset of a material has is not there, so no entry of it can be set.
-    // Such entries have no names.
+    // Its entries have no names.
   }
 }
 

@@ -218,7 +218,7 @@ TEST_F(CommandModes, FailsWithTheReasonAndWithoutAFile) {
                  exit_code::numerical_failure, "no equilibrium is found");
 }
 
-// Not even with --force: the case reads its shape from there.
+// The commands keep them even with --force: the case starts from there.
 TEST_F(CommandModes, KeepTheFilesOfTheirCase) {
   ASSERT_EQ(weft({"run", benchmark("plate_modes_ssss"), "--quiet", "-o", "first", "--set",
                   "time.duration=0.001", "--set", "output.velocity=true", "--set",

@@ -323,7 +323,8 @@ TEST_F(CommandResume, GoesOnWhereTheFirstCheckpointFailed) {
   }
 }
 
-// Nor does it write through a link of that name. What a killed run has left there is overwritten.
+// The run does not write through a link of that name, either. It overwrites what a killed run has
+// left there.
 TEST_F(CommandResume, KeepsAForeignFileWithTheNameOfAnUnfinishedCheckpoint) {
   write("test.toml", contact_case);
   const Arguments brief{"--set", "time.duration=0.02"};
