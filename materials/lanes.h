@@ -120,27 +120,6 @@ inline Lanes arc_tangent(Lanes y, Lanes x) {
   const Lanes angle = octant + (negate_where(is_steep ^ is_back, small) + rest);
   return negate_where(y < Lanes(0), angle);
 }
-// One step of a transposition. Both rows of a pair (i, i + distance) consist of blocks of
-// `distance` numbers, counted from 0. The odd blocks of row i are exchanged for the even blocks of
-// row i + distance.
-template <int distance, std::size_t count, int... lane>
-void exchange(std::array<Lanes::Vector, count>& rows, std::integer_sequence<int, lane...>) {
-  for (std::size_t i = 0; i < count; ++i) {
-    if ((i & distance) != 0) continue;
-    const Lanes::Vector a = rows[i], b = rows[i + distance];
-    rows[i] = __builtin_shufflevector(
-        a, b, ((lane & distance) == 0 ? lane : lane_count + lane - distance)...);
-    rows[i + distance] = __builtin_shufflevector(
-        a, b, ((lane & distance) == 0 ? lane + distance : lane_count + lane)...);
-  }
-}
-// Transposes a square matrix in place: row i becomes column i.
-inline void transpose(std::array<Lanes::Vector, lane_count>& rows) {
-  constexpr std::make_integer_sequence<int, lane_count> lanes;
-  exchange<1>(rows, lanes);
-  exchange<2>(rows, lanes);
-  if constexpr (lane_count == 8) exchange<4>(rows, lanes);
-}
 
 // The functions below work on lane_count vectors of three numbers that are adjacent in memory.
 // Each vector belongs to one lane. Pointers to unaligned numbers spell out their type, because

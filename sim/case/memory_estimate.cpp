@@ -23,7 +23,7 @@ constexpr double process_memory = 16 * mebibyte;
 // Memory per vertex (bytes), from the resident size of runs with 129 x 129 and 257 x 257 vertices;
 // of shells, with 33 x 33 to 129 x 65 control points.
 constexpr double geometry_and_state = 1200;
-constexpr double implicit_matrix = 1300;   // matrix, multigrid levels, vectors of the solver
+constexpr double implicit_matrix = 1700;   // matrix, multigrid levels, vectors of the solver
 constexpr double bending_stencils = 1500;  // stencils and their matrix entries
 constexpr double shell_elements = 11000;   // points of integration with their control points
 constexpr double shell_factors = 26000;    // factors of the tangent, for equilibria of shells

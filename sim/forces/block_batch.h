@@ -5,21 +5,18 @@
 
 #include "materials/types.h"
 #include "sim/forces/stencil_layout.h"
-#include "sim/matrix/block_matrix.h"
+#include "sim/matrix/tiled_matrix.h"
 
 namespace weft::sim {
 
 using BlockBatch = materials::Mat3Of<materials::Lanes>;
-using LaneRows = std::array<materials::Lanes::Vector, materials::lane_count>;
 
-// Returns the entries start .. start + lane_count - 1 of each stencil's block. Row i has those of
-// stencil i.
-inline LaneRows rows_of(const BlockBatch& value, int start) {
-  LaneRows rows;
-  for (int i = 0; i < materials::lane_count; ++i) rows[i] = value.data()[start + i].values;
-  materials::transpose(rows);
-  return rows;
-}
+// The places of a batch's blocks, by stencil, in matrices with a given block pattern (BlockLayout).
+// In a run, each stencil's block is the one of the row after that of the stencil before.
+struct BlockPlaces {
+  LaneIntegers first;
+  bool are_run = false;
+};
 
 // A matrix that blocks are added to. If `scaled` is given, a matrix with the same pattern, the
 // blocks times `factor`, by stencil, are added to it, too.
@@ -29,25 +26,40 @@ struct BlockTarget {
   materials::Lanes factor = 0;
 };
 
-// Adds the blocks of the first `lanes` stencils to the upper blocks with the indices `places`. Not
-// inlined, because its code is long and each batch calls it for many pairs of nodes.
+// Adds the blocks of the first `lanes` stencils to the blocks at `places`. Not inlined, because its
+// code is long and each batch calls it for many pairs of nodes.
 [[gnu::noinline]] inline void add_block(int lanes, const BlockBatch& value,
-                                        const LaneIntegers& places, const BlockTarget& into) {
-  using materials::lane_count;
-  std::array<LaneRows, 8 / lane_count> rows;
-  for (int part = 0; part < 8 / lane_count; ++part) rows[part] = rows_of(value, part * lane_count);
-#pragma GCC unroll 8
-  for (int lane = 0; lane < lane_count; ++lane) {
-    if (lane == lanes) break;
-    const auto add_to = [&](BlockMatrix& matrix, double factor) {
-      double* block = matrix.upper_block(places.values[lane]).data();
-      for (int part = 0; part < 8 / lane_count; ++part)
-        reinterpret_cast<materials::UnalignedLanes*>(block)[part] += factor * rows[part][lane];
-      block[8] += factor * value.data()[8].values[lane];
-    };
-    add_to(into.matrix, 1.0);
-    if (into.scaled != nullptr) add_to(*into.scaled, into.factor.values[lane]);
-  }
+                                        const BlockPlaces& places, const BlockTarget& into) {
+  // The lines of the next run are prefetched: the processor does not predict accesses to so many
+  // diagonals.
+  const auto add_run_to = [&](BlockMatrix& matrix, const auto& factor) {
+    double* const at = matrix.values() + places.first.values[0];
+#pragma GCC unroll 9
+    for (int i = 0; i < 9; ++i) {
+      __builtin_prefetch(at + i * BlockLayout::stride + 16, 1);
+      *reinterpret_cast<materials::UnalignedLanes*>(at + i * BlockLayout::stride) +=
+          (factor * value.data()[i]).values;
+    }
+  };
+  const auto add_each_to = [&](BlockMatrix& matrix, const auto& factor) {
+    std::array<materials::Lanes, 9> entries;
+    for (int i = 0; i < 9; ++i) entries[i] = factor * value.data()[i];
+    for (int lane = 0; lane < lanes; ++lane) {
+      const int first = places.first.values[lane];
+      const int stride = matrix.pattern().layout().stride_at(first);
+      double* const at = matrix.values() + first;
+      for (int i = 0; i < 9; ++i) at[i * stride] += entries[i].values[lane];
+    }
+  };
+  const auto add_to = [&](BlockMatrix& matrix, const auto& factor) {
+    if (places.are_run && lanes == materials::lane_count) {
+      add_run_to(matrix, factor);
+    } else {
+      add_each_to(matrix, factor);
+    }
+  };
+  add_to(into.matrix, 1.0);
+  if (into.scaled != nullptr) add_to(*into.scaled, into.factor);
 }
 
 // Returns one block per lane for the particles a and b of a pair of nodes: `value` if a < b,
@@ -69,10 +81,10 @@ inline BlockBatch mixed(const BlockBatch& value, const BlockBatch& transposed,
   return result;
 }
 
-// Adds the blocks of particles a and b to the upper blocks with the indices `places`. If a > b,
-// adds the transpose. If a == b, adds the sum of the block and its transpose.
+// Adds the blocks of particles a and b to the blocks at `places`. If a > b, adds the transpose. If
+// a == b, adds the sum of the block and its transpose.
 inline void add_pair_block(int lanes, const BlockBatch& value, const LaneIntegers& a,
-                           const LaneIntegers& b, const LaneIntegers& places,
+                           const LaneIntegers& b, const BlockPlaces& places,
                            const BlockTarget& into) {
   unsigned behind = 0, one = 0;
   for (int lane = 0; lane < materials::lane_count; ++lane) {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/matrix/block_matrix.h"
+#include "sim/matrix/tiled_matrix.h"
 
 namespace weft::sim {
 

@@ -11,7 +11,7 @@
 #include "sim/forces/stencil_chunks.h"
 #include "sim/forces/stencil_layout.h"
 #include "sim/forces/stencil_nodes.h"
-#include "sim/matrix/block_matrix.h"
+#include "sim/matrix/tiled_matrix.h"
 
 // Marks a function that processes batches of stencils. Calls in it are inlined, except those of
 // functions marked noinline, so that numbers stay in registers. With sanitizers, the compiler
@@ -100,8 +100,9 @@ class StencilArray {
   // Adds a symmetric `value` to the diagonal blocks of both nodes of stencil i and subtracts it
   // from the block between them. Precondition: attach().
   void add_pair(int i, const Mat3& value, BlockMatrix& matrix) const requires(Nodes == 2) {
-    for (int node : (*this)[i]) matrix.upper_block(matrix.pattern().upper_diagonal(node)) += value;
-    matrix.upper_block(blocks_.place(i, 0)) -= value;
+    matrix.block_at(blocks_.place(i, 0)) += value;
+    matrix.block_at(blocks_.place(i, 1)) -= value;
+    matrix.block_at(blocks_.place(i, 2)) += value;
   }
 
   // Adds the blocks of stencil i to a matrix. Preconditions: attach() was called, all pairs of
@@ -110,9 +111,9 @@ class StencilArray {
                   BlockMatrix& matrix) const {
     const Stencil stencil = (*this)[i];
     for (int a = 0, pair = 0; a < Nodes; ++a) {
-      matrix.upper_block(matrix.pattern().upper_diagonal(stencil[a])) += values(a, a);
+      matrix.block_at(blocks_.place(i, pair++)) += values(a, a);
       for (int b = a + 1; b < Nodes; ++b) {
-        auto block = matrix.upper_block(blocks_.place(i, pair++));
+        auto block = matrix.block_at(blocks_.place(i, pair++));
         if (stencil[a] < stencil[b]) block += values(a, b);
         if (stencil[a] > stencil[b]) block += values(a, b).transpose();
       }

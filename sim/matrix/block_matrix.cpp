@@ -54,24 +54,18 @@ int BlockPattern::slot(int row, int column) const {
   return found;
 }
 
-template <class Number>
-void SymmetricBlockMatrix<Number>::set_zero(int threads) {
+void SingleBlockMatrix::set_zero(int threads) {
   if (is_empty()) return;
   parallel_chunks(pattern_->rows(), threads, [&](int first, int last) {
-    std::fill(at(pattern_->upper_diagonal(first)), at(pattern_->upper_end(last - 1)), Number(0));
+    std::fill(at(pattern_->upper_diagonal(first)), at(pattern_->upper_end(last - 1)), 0.0F);
   });
 }
 
-template <class Number>
-void SymmetricBlockMatrix<Number>::multiply(std::span<const Vec3> in, std::span<Vec3> out,
-                                            int threads) const {
+void SingleBlockMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const {
   assert(static_cast<int>(in.size()) == pattern_->rows() && in.size() == out.size());
   parallel_chunks(pattern_->rows(), threads, [&](int first, int last) {
     for (int row = first; row < last; ++row) out[row] = row_product(row, in.data());
   });
 }
-
-template class SymmetricBlockMatrix<double>;
-template class SymmetricBlockMatrix<float>;
 
 }  // namespace weft::sim

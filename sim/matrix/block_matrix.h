@@ -1,14 +1,16 @@
-// Sparse matrices of 3x3 blocks over particles, with a fixed pattern.
+// The pattern of matrices of 3x3 blocks over particles, and matrices that are stored row by row.
 #pragma once
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "sim/base/vectors.h"
+#include "sim/matrix/block_layout.h"
 
 namespace weft::sim {
 
@@ -48,23 +50,31 @@ class BlockPattern {
   // Returns the number of the mirror image of the block at a slot of `row` below the diagonal.
   int mirror(int row, int slot) const { return mirror_[slot - upper_start_[row]]; }
 
+  // Returns the order of entries by diagonal. O(blocks) at the first call, O(1) later.
+  const BlockLayout& layout() const {
+    std::call_once(is_laid_out_, [this] { layout_ = std::make_unique<const BlockLayout>(*this); });
+    return *layout_;
+  }
+
  private:
   void find_mirrors();
 
   std::vector<int> row_start_, column_, diagonal_slot_;
   std::vector<int> upper_start_;  // by row: number of its diagonal block among the upper blocks
   std::vector<int> mirror_;       // by block below the diagonal: number of its mirror image
+  mutable std::once_flag is_laid_out_;
+  mutable std::unique_ptr<const BlockLayout> layout_;
 };
 
-// A symmetric matrix on a shared pattern. It stores only the upper blocks, in double or float.
-// Products are summed in double.
-template <class Number>
-class SymmetricBlockMatrix {
+// A symmetric matrix on a shared pattern, in single precision. It stores only the upper blocks, row
+// by row, so that Gauss-Seidel sweeps read the blocks of a row together. Products are summed in
+// double.
+class SingleBlockMatrix {
  public:
-  using Block = Eigen::Matrix<Number, 3, 3>;
+  using Block = Eigen::Matrix3f;
 
-  SymmetricBlockMatrix() = default;
-  explicit SymmetricBlockMatrix(std::shared_ptr<const BlockPattern> pattern)
+  SingleBlockMatrix() = default;
+  explicit SingleBlockMatrix(std::shared_ptr<const BlockPattern> pattern)
       : pattern_(std::move(pattern)),
         values_(9 * static_cast<std::size_t>(pattern_->upper_count()) + padding) {}
 
@@ -72,9 +82,6 @@ class SymmetricBlockMatrix {
   const BlockPattern& pattern() const { return *pattern_; }
   const std::shared_ptr<const BlockPattern>& shared_pattern() const { return pattern_; }
   void set_zero(int threads);  // does nothing to an empty matrix
-  void scale(Number factor) {
-    for (Number& value : values_) value *= factor;
-  }
   Eigen::Map<Block> upper_block(int upper) { return Eigen::Map<Block>(at(upper)); }
   Eigen::Map<const Block> upper_block(int upper) const {
     return Eigen::Map<const Block>(at(upper));
@@ -121,25 +128,13 @@ class SymmetricBlockMatrix {
       sum2 += four(slot + to_upper, 2) * x[2];
     }
     sum0 += sum1 + sum2;
-    return sum0.template head<3>();
+    return sum0.head<3>();
   }
   Vec3 row_product(int row, const Vec3* in) const {
     const int diagonal = pattern_->diagonal_slot(row);
     return lower_product(row, pattern_->row_begin(row), diagonal, in) +
            upper_product(row, diagonal, pattern_->row_end(row), in);
   }
-  // Sets rows [first, last) to a * one + b * other. Preconditions: the range is not empty, and both
-  // matrices have the pattern of this one. O(blocks of the rows).
-  void set_rows(int first, int last, double a, const SymmetricBlockMatrix<double>& one, double b,
-                const SymmetricBlockMatrix<double>& other) {
-    const int begin = pattern_->upper_diagonal(first), end = pattern_->upper_end(last - 1);
-    const double *const from_one = one.at(begin), *const from_other = other.at(begin);
-    Number* const to = at(begin);
-    const std::ptrdiff_t count = at(end) - to;
-    for (std::ptrdiff_t i = 0; i < count; ++i)
-      to[i] = static_cast<Number>(a * from_one[i] + b * from_other[i]);
-  }
-
   // Computes out = this * in. Precondition: `in` and `out` have one entry per row. O(blocks).
   void multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const;
 
@@ -150,35 +145,27 @@ class SymmetricBlockMatrix {
     first = std::max(first, 0);
     last = std::min(last, pattern_->rows());
     if (first >= last) return;
-    const Number* const end = at(pattern_->upper_end(last - 1));
-    constexpr int numbers_per_line = 64 / sizeof(Number);
-    for (const Number* line = at(pattern_->upper_diagonal(first)); line < end;
+    const float* const end = at(pattern_->upper_end(last - 1));
+    constexpr int numbers_per_line = 64 / sizeof(float);
+    for (const float* line = at(pattern_->upper_diagonal(first)); line < end;
          line += numbers_per_line)
       __builtin_prefetch(line);
   }
 
  private:
-  template <class Other>
-  friend class SymmetricBlockMatrix;
-
   // A column of a block is read as four numbers, of which the last is ignored.
   using Four = Eigen::Array4d;
   static constexpr std::size_t padding = 1;  // numbers at the end, read with the last column
 
   Four four(int upper, int column) const {
-    return Eigen::Map<const Eigen::Array<Number, 4, 1>>(at(upper) + 3 * column)
-        .template cast<double>();
+    return Eigen::Map<const Eigen::Array<float, 4, 1>>(at(upper) + 3 * column).cast<double>();
   }
 
-  Number* at(int upper) { return values_.data() + 9 * static_cast<std::size_t>(upper); }
-  const Number* at(int upper) const { return values_.data() + 9 * static_cast<std::size_t>(upper); }
+  float* at(int upper) { return values_.data() + 9 * static_cast<std::size_t>(upper); }
+  const float* at(int upper) const { return values_.data() + 9 * static_cast<std::size_t>(upper); }
 
   std::shared_ptr<const BlockPattern> pattern_;
-  std::vector<Number> values_;  // 9 per upper block, column-major
+  std::vector<float> values_;  // 9 per upper block, column-major
 };
-
-using BlockMatrix = SymmetricBlockMatrix<double>;
-using SingleBlockMatrix =
-    SymmetricBlockMatrix<float>;  // half the memory, and half the time to read
 
 }  // namespace weft::sim

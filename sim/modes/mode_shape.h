@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "sim/matrix/block_matrix.h"
+#include "sim/matrix/tiled_matrix.h"
 #include "sim/modes/mode_unknowns.h"
 
 namespace weft::sim {

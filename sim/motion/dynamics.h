@@ -14,7 +14,7 @@
 #include "sim/forces/crease_history.h"
 #include "sim/forces/force.h"
 #include "sim/forces/varying_numbers.h"
-#include "sim/matrix/block_matrix.h"
+#include "sim/matrix/tiled_matrix.h"
 #include "sim/motion/mass_operator.h"
 #include "sim/scene/scene.h"
 #include "sim/scene/time_curve.h"

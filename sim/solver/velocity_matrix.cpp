@@ -37,8 +37,6 @@ void VelocityMatrix::form(double gamma) {
   is_single_ = may_be_single_ && is_far_above_rounding(gamma);
   if (is_single_) {
     form_in(damped_single_, gamma);
-    if (diagonals_.is_empty()) diagonals_ = DiagonalStorage(pattern());
-    diagonals_.assign(damped_single_, threads());
   } else {
     form_in(damped_, gamma);
   }
@@ -47,8 +45,8 @@ void VelocityMatrix::form(double gamma) {
 template <class Matrix>
 void VelocityMatrix::form_in(Matrix& matrix, double gamma) {
   if (matrix.is_empty()) matrix = Matrix(pattern());
+  matrix.set_to_sum(gamma * gamma, dynamics_.stiffness(), gamma, dynamics_.damping(), threads());
   parallel_chunks(pattern()->rows(), threads(), [&](int first, int last) {
-    matrix.set_rows(first, last, gamma * gamma, dynamics_.stiffness(), gamma, dynamics_.damping());
     for (int row = first; row < last; ++row) add_mass(row, matrix);
   });
 }
@@ -98,8 +96,6 @@ void VelocityMatrix::copy_to(SingleBlockMatrix& matrix) const {
 // Copies A, or makes it from K without damping.
 template <class Matrix>
 void VelocityMatrix::copy_between(const Matrix& from, SingleBlockMatrix& to) const {
-  using Nine = Eigen::Array<double, 9, 1>;
-  using Numbers = Eigen::Map<const Eigen::Array<typename Matrix::Block::Scalar, 9, 1>>;
   const BlockPattern& here = *pattern();
   const BlockPattern& there = to.pattern();
   const bool is_damped = dynamics_.has_damping();
@@ -113,11 +109,10 @@ void VelocityMatrix::copy_between(const Matrix& from, SingleBlockMatrix& to) con
       int target = there.diagonal_slot(row), upper = here.upper(row, diagonal);
       for (int slot = diagonal; slot < here.row_end(row); ++slot, ++target, ++upper) {
         while (there.column(target) != here.column(slot)) ++target;
-        Nine sum = factor * Numbers(from.upper_block(upper).data()).template cast<double>();
+        Mat3 sum = factor * from.upper_block(upper).template cast<double>();
         if (!is_damped && (slot == diagonal || !is_lumped))
-          for (int i : {0, 4, 8}) sum[i] += mass.at(row, slot);
-        Eigen::Map<Eigen::Array<float, 9, 1>>(to.upper_block(there.upper(row, target)).data()) =
-            sum.cast<float>();
+          sum.diagonal().array() += mass.at(row, slot);
+        to.upper_block(there.upper(row, target)) = sum.cast<float>();
       }
     }
   });
@@ -135,16 +130,15 @@ void VelocityMatrix::add_contact_product(std::span<const Vec3> in, std::span<Vec
 
 void VelocityMatrix::multiply(std::span<const Vec3> in, std::span<Vec3> out) const {
   if (is_single_) {
-    diagonals_.multiply(damped_single_, in, out, threads());
+    damped_single_.multiply(in, out, threads());
   } else if (dynamics_.has_damping()) {
     damped_.multiply(in, out, threads());
   } else {
-    const BlockMatrix& stiffness = dynamics_.stiffness();
+    dynamics_.stiffness().multiply(in, out, threads());
     const MassOperator& mass = dynamics_.mass();
     const double square = gamma_ * gamma_;
     parallel_chunks(static_cast<int>(in.size()), threads(), [&](int first, int last) {
-      for (int i = first; i < last; ++i)
-        out[i] = mass.row_product(i, in.data()) + square * stiffness.row_product(i, in.data());
+      for (int i = first; i < last; ++i) out[i] = mass.row_product(i, in.data()) + square * out[i];
     });
   }
   add_contact_product(in, out);

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "sim/matrix/diagonal_storage.h"
+#include "sim/matrix/tiled_matrix.h"
 #include "sim/motion/dynamics.h"
 
 namespace weft::sim {
@@ -20,8 +20,8 @@ class VelocityMatrix {
 
   // Forms A for this gamma (s) from the K and D that the dynamics assembled last. If the dynamics
   // store no D, nothing is stored here, and products read K. Otherwise, A without contact is
-  // stored, in single precision where that is enough (docs/decisions/0092), and then in diagonal
-  // storage, too (docs/decisions/0102). O(blocks), about the cost of three products.
+  // stored, in single precision where that is enough (docs/decisions/0092). O(blocks), about the
+  // cost of three products.
   void form(double gamma);
   bool is_single() const { return is_single_; }
   double gamma() const { return gamma_; }
@@ -61,10 +61,9 @@ class VelocityMatrix {
   const Dynamics& dynamics_;
   const bool may_be_single_;
   // A without contact; unused without D. Only the one that is_single_ tells is up to date.
-  BlockMatrix damped_;
-  SingleBlockMatrix damped_single_;
+  TiledMatrix<double> damped_;
+  TiledMatrix<float> damped_single_;
   bool is_single_ = false;
-  DiagonalStorage diagonals_;  // of damped_single_
   std::vector<int> pinned_;
   double gamma_ = 0;
   std::int64_t version_ = 0;

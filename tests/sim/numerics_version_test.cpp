@@ -58,31 +58,35 @@ struct Stored {
   std::string method, friction;
   double time;                  // s
   std::vector<Vec3> positions;  // m, of the last vertex and of the one in the middle, at that time
+  double tolerance = 0;  // m; larger where products in single precision decide on convergence
 };
 
 // Adaptive steps of high accuracy are sensitive: rounding errors, which differ from processor to
 // processor, grow to 1e-6 m until 0.05 s, and sooner with friction. Those methods run without it,
 // for a shorter time.
 //
-// Values of numerics_version 16. If a change moves them on purpose, increase the number, and store
+// Values of numerics_version 18. If a change moves them on purpose, increase the number, and store
 // the values that this test prints.
-constexpr int stored_version = 17;
+constexpr int stored_version = 18;
 const std::vector<Stored> stored{
     {"cvode",
      "0",
      0.015,
-     {{0.068771878198, 0.067317810205, 0.045262172613},
-      {0.008684267577, 0.018038447241, 0.048968036766}}},
+     {{0.068771879845, 0.067317810303, 0.045262172608},
+      {0.008684270479, 0.018038450143, 0.048968057577}},
+     1e-6},
     {"euler",
      "0.3",
      0.05,
      {{0.055432888150, 0.043873527254, 0.001459405784},
-      {0.007556316695, 0.019997443120, 0.049986715028}}},
+      {0.007556316695, 0.019997443120, 0.049986715028}},
+     1e-9},
     {"arkode",
      "0",
      0.015,
-     {{0.068776833869, 0.067320813309, 0.045262506597},
-      {0.008690910540, 0.018042888659, 0.048963767660}}},
+     {{0.068776769360, 0.067320786974, 0.045262506395},
+      {0.008690877408, 0.018042935279, 0.048963927920}},
+     1e-6},
 };
 
 std::vector<Vec3> last_and_middle(std::span<const Vec3> positions) {
@@ -110,7 +114,8 @@ TEST(NumericsVersion, NumberChangesWithTheNumerics) {
         {"time.method=" + each.method, "contact.friction=" + each.friction, "compute.threads=1"}));
     const auto failure = simulation.advance(each.time);
     ASSERT_FALSE(failure) << failure->text;
-    expect_stored(each.method, last_and_middle(simulation.position("sheet")), each.positions, 1e-9);
+    expect_stored(each.method, last_and_middle(simulation.position("sheet")), each.positions,
+                  each.tolerance);
   }
   // Sweeps over impulses are in single precision, so that processors differ by more.
   auto simulation = make_simulation(parse_case(spheres, "case.toml"));
