@@ -160,11 +160,11 @@ TEST_F(CommandBadInput, TakesASceneJustBelowTheMemoryLimit) {
   };
   const Result check = weft({"check", "sheet.toml", "--set", limit(1.001 * needed)});
   EXPECT_EQ(check.code, exit_code::done) << check.err;
-  EXPECT_NE(check.out.find("memory    about 16.05 MiB of at most 16.06 MiB\n"), std::string::npos)
+  EXPECT_NE(check.out.find("memory    about 16.06 MiB of at most 16.07 MiB\n"), std::string::npos)
       << check.out;
   expect_case_refused({"sheet.toml", "--set", limit(0.999 * needed)},
-                      "sheet.toml:6:63: the scene needs about 16.05 MiB of memory, more than the "
-                      "limit of 16.03 MiB\n");
+                      "sheet.toml:6:63: the scene needs about 16.06 MiB of memory, more than the "
+                      "limit of 16.04 MiB\n");
 }
 
 // Compares the estimate with the resident size of real runs.
