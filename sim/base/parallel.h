@@ -93,8 +93,10 @@ inline void parallel_set_zero(std::span<Vec3> vectors, int threads) {
 // Returns the dot product of two arrays of equal size.
 inline double dot(std::span<const Vec3> a, std::span<const Vec3> b, int threads) {
   return parallel_sum(static_cast<int>(a.size()), threads, [&](int first, int last) {
+    const double *const x = a[0].data(), *const y = b[0].data();
     double sum = 0;
-    for (int i = first; i < last; ++i) sum += a[i].dot(b[i]);
+#pragma omp simd reduction(+ : sum)
+    for (int i = 3 * first; i < 3 * last; ++i) sum += x[i] * y[i];
     return sum;
   });
 }

@@ -1,18 +1,80 @@
 #include "sim/contact/snapshot.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
+#include "materials/lanes.h"
 #include "sim/base/parallel.h"
 
 namespace weft::sim {
 
 namespace {
 
+using materials::Lanes;
+
 // Returns an upper bound of the square root of `square` in float32.
 float root_above(double square) {
   return static_cast<float>(std::sqrt(square)) * (1 + 2 * std::numeric_limits<float>::epsilon());
+}
+
+template <class Real>
+using Vector = std::array<Real, 3>;
+
+// Returns `points` from `i` on, minus the origin: one, or one per lane.
+template <class Real>
+Vector<Real> points_at(std::span<const Vec3> points, int i, const Vec3& origin) {
+  if constexpr (std::is_same_v<Real, Lanes>) {
+    const auto [x, y, z] = materials::load_vectors(points[i].data());
+    return {x - origin.x(), y - origin.y(), z - origin.z()};
+  } else {
+    return {points[i].x() - origin.x(), points[i].y() - origin.y(), points[i].z() - origin.z()};
+  }
+}
+
+template <class Real>
+Real squared_distance(const Vector<Real>& a, const Vector<Real>& b) {
+  const Real x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+  return x * x + y * y + z * z;
+}
+
+// Positions (m) to which present paths of the points of a body are compared.
+struct EarlierPaths {
+  std::span<const Vec3> recorded_start, recorded_end, chosen_start, chosen_end;
+};
+
+// The largest squared displacements, m^2.
+template <class Real>
+struct Largest {
+  Real square = 0, from_end = 0, along_path = 0;
+
+  // Adds points from `i` on, and returns their squared displacements since they were recorded.
+  Real add(int i, const BodyPaths& now, const EarlierPaths& earlier) {
+    const auto at = [&](std::span<const Vec3> points, const Vec3& origin = Vec3::Zero()) {
+      return points_at<Real>(points, i, origin);
+    };
+    const Vector<Real> end = at(now.end, now.end_origin), chosen = at(earlier.chosen_end);
+    const Real since_end = squared_distance(end, chosen);
+    Real recorded = squared_distance(end, at(earlier.recorded_end));
+    from_end = materials::larger(from_end, since_end);
+    along_path = materials::larger(along_path, since_end);
+    if (now.is_path()) {
+      const Vector<Real> start = at(now.start, now.start_origin);
+      recorded = materials::larger(recorded, squared_distance(start, at(earlier.recorded_start)));
+      from_end = materials::larger(from_end, squared_distance(start, chosen));
+      along_path = materials::larger(along_path, squared_distance(start, at(earlier.chosen_start)));
+    }
+    square = materials::larger(square, recorded);
+    return recorded;
+  }
+};
+
+double largest_lane(Lanes lanes) {
+  double largest = 0;
+  for (int i = 0; i < materials::lane_count; ++i) largest = std::max(largest, lanes.values[i]);
+  return largest;
 }
 
 }  // namespace
@@ -40,29 +102,23 @@ void Snapshot::measure(int body, const BodyPaths& now) {
   const std::span<const Vec3> chosen = of_body(chosen_end_, body),
                               chosen_start = of_body(on_paths ? chosen_start_ : chosen_end_, body);
   float* displacement = displacement_.data() + scene_.bodies[body].first_point;
-  struct Largest {
-    double square = 0, from_end = 0, along_path = 0;
-  };
-  const auto measure_part = [&](int first, int last, Largest& part) {
-    for (int i = first; i < last; ++i) {
-      const Vec3 at_end = now.end[i] - now.end_origin;
-      double square = (at_end - to[i]).squaredNorm();
-      const double since_end = (at_end - chosen[i]).squaredNorm();
-      part.from_end = std::max(part.from_end, since_end);
-      part.along_path = std::max(part.along_path, since_end);
-      if (now.is_path()) {
-        const Vec3 at_start = now.start[i] - now.start_origin;
-        square = std::max(square, (at_start - from[i]).squaredNorm());
-        part.from_end = std::max(part.from_end, (at_start - chosen[i]).squaredNorm());
-        part.along_path = std::max(part.along_path, (at_start - chosen_start[i]).squaredNorm());
-      }
-      displacement[i] = root_above(square);
-      part.square = std::max(part.square, square);
+  const EarlierPaths earlier{from, to, chosen_start, chosen};
+  const auto measure_part = [&](int first, int last, Largest<double>& part) {
+    Largest<Lanes> lanes;
+    int i = first;
+    for (; i + materials::lane_count <= last; i += materials::lane_count) {
+      const Lanes square = lanes.add(i, now, earlier);
+      for (int k = 0; k < materials::lane_count; ++k)
+        displacement[i + k] = root_above(square.values[k]);
     }
+    for (; i < last; ++i) displacement[i] = root_above(part.add(i, now, earlier));
+    part.square = std::max(part.square, largest_lane(lanes.square));
+    part.from_end = std::max(part.from_end, largest_lane(lanes.from_end));
+    part.along_path = std::max(part.along_path, largest_lane(lanes.along_path));
   };
-  Largest largest;
+  Largest<double> largest;
   const int count = static_cast<int>(to.size());
-  for (const Largest& part : parallel_parts<Largest>(count, scene_.threads, measure_part)) {
+  for (const auto& part : parallel_parts<Largest<double>>(count, scene_.threads, measure_part)) {
     largest.square = std::max(largest.square, part.square);
     largest.from_end = std::max(largest.from_end, part.from_end);
     largest.along_path = std::max(largest.along_path, part.along_path);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "materials/lanes.h"
 #include "sim/base/parallel.h"
 
 namespace weft::sim {
@@ -28,6 +29,24 @@ constexpr double rounding = 1e-13;
 // Assumed ratio of the true error to its estimate with block-Jacobi. There the error falls unevenly
 // and sometimes stagnates, which makes the estimate too small.
 constexpr double block_jacobi_doubt = 4;
+
+using materials::Lanes;
+
+// Number of particles whose entries are updated and then measured, while they are in the
+// first-level cache.
+constexpr int particles_at_once = 64;
+
+Lanes lanes_at(std::span<const double> values, int i) {
+  return Lanes(
+      Lanes::Vector(*reinterpret_cast<const materials::UnalignedLanes*>(values.data() + i)));
+}
+
+// Adds factor * from to `to`, for particles `begin` to `end` - 1.
+void add_scaled(double factor, std::span<const Vec3> from, int begin, int end, std::span<Vec3> to) {
+  const double* const x = from[begin].data();
+  double* const y = to[begin].data();
+  for (int i = 0; i < 3 * (end - begin); ++i) y[i] += factor * x[i];
+}
 
 // Returns the 2-norm of weighted residuals or, if larger, the least 2-norm that permits the largest
 // particle's residual (`peak_to_mean`).
@@ -160,33 +179,57 @@ bool ConjugateGradients::find_direction(bool begins_anew) {
 // Adds alpha p to dv and subtracts alpha A p from r. Returns norm_with_peak() of the weighted
 // residual divided by Scene::mass.
 double ConjugateGradients::advance(double alpha, const Solve& solve) {
-  struct Part {
-    double sum = 0, largest = 0, dv = 0;
-  };
-  const std::vector<double>& mass = matrix_.scene().mass;
-  const std::span<const Vec3> weight = solve.weight;
-  Vec3* const dv = solve.dv.data();
   const int count = static_cast<int>(residual_.size());
   const auto parts =
-      parallel_parts<Part>(count, matrix_.threads(), [&](int first, int last, Part& part) {
-        for (int i = first; i < last; ++i) {
-          dv[i] += alpha * direction_[i];
-          residual_[i] -= alpha * product_[i];
-          const double square =
-              (inverse_mass_[i] * residual_[i]).cwiseProduct(weight[i]).squaredNorm();
-          part.largest = std::max(part.largest, square);
-          part.sum += square;
-          part.dv += mass[i] * dv[i].squaredNorm();
+      parallel_parts<Measure>(count, matrix_.threads(), [&](int first, int last, Measure& part) {
+        for (int begin = first; begin < last; begin += particles_at_once) {
+          const int end = std::min(begin + particles_at_once, last);
+          add_scaled(alpha, direction_, begin, end, solve.dv);
+          add_scaled(-alpha, product_, begin, end, residual_);
+          measure(solve, begin, end, part);
         }
       });
-  Part all;
-  for (const Part& part : parts) {
+  Measure all;
+  for (const Measure& part : parts) {
     all.sum += part.sum;
     all.largest = std::max(all.largest, part.largest);
     all.dv += part.dv;
   }
   dv_square_ = all.dv;
   return norm_with_peak(all.sum, all.largest, residual_.size());
+}
+
+// Adds the measures of particles `begin` to `end` - 1.
+void ConjugateGradients::measure(const Solve& solve, int begin, int end, Measure& part) const {
+  int i = begin;
+  Lanes sum = 0, largest = 0, dv_square = 0;
+  for (; i + materials::lane_count <= end; i += materials::lane_count) {
+    const auto r = materials::load_vectors(residual_[i].data());
+    const auto weight = materials::load_vectors(solve.weight[i].data());
+    const auto dv = materials::load_vectors(solve.dv[i].data());
+    const Lanes inverse_mass = lanes_at(inverse_mass_, i), mass = lanes_at(matrix_.scene().mass, i);
+    Lanes square = 0, motion = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Lanes share = inverse_mass * r[axis] * weight[axis];
+      square += share * share;
+      motion += dv[axis] * dv[axis];
+    }
+    sum += square;
+    largest = materials::larger(square, largest);
+    dv_square += mass * motion;
+  }
+  for (int lane = 0; lane < materials::lane_count; ++lane) {
+    part.sum += sum.values[lane];
+    part.largest = std::max(part.largest, largest.values[lane]);
+    part.dv += dv_square.values[lane];
+  }
+  for (; i < end; ++i) {
+    const double square =
+        (inverse_mass_[i] * residual_[i]).cwiseProduct(solve.weight[i]).squaredNorm();
+    part.sum += square;
+    part.largest = std::max(part.largest, square);
+    part.dv += matrix_.scene().mass[i] * solve.dv[i].squaredNorm();
+  }
 }
 
 // Returns norm_with_peak() of the weighted M^-1 r, with the consistent mass of shells.

@@ -69,6 +69,12 @@ class ConjugateGradients {
     std::span<Vec3> dv;
   };
 
+  // Sums over particles: of squared weighted residuals divided by the mass, the largest of these,
+  // and dv . M dv with Scene::mass.
+  struct Measure {
+    double sum = 0, largest = 0, dv = 0;
+  };
+
   void iterate(const Solve& solve, Outcome& outcome);
   bool should_stop(int iterations) const;
   bool is_reached(const Solve& solve, double residual);
@@ -78,6 +84,7 @@ class ConjugateGradients {
   bool find_direction(bool begins_anew);
   double precondition();
   double advance(double alpha, const Solve& solve);
+  void measure(const Solve& solve, int begin, int end, Measure& part) const;
   void form_residual(const Solve& solve);
 
   const VelocityMatrix& matrix_;
