@@ -104,6 +104,8 @@ struct StageSolver::Implementation {
   Outcome iterate(int strategy, int most_iterations);
   bool is_driven() const;
   bool leaves_small_residual(std::span<const double> residual);
+  bool is_in_reach(int body) const;
+  bool is_worked_on() const;
   bool conserves_energy() const;
   bool is_too_long(const Energies& before, std::span<const double> y);
   void add_stop_forces(std::span<const double> y);
@@ -129,7 +131,8 @@ struct StageSolver::Implementation {
   std::span<const double> right_side;
   const std::vector<Vec3>* start = nullptr;
   bool definite = false, shortened = false;
-  double kept_part = 1;  // fraction of the present correction that limit() kept
+  bool has_work = false;  // true if is_worked_on() holds at a correction of the present step
+  double kept_part = 1;   // fraction of the present correction that limit() kept
   // Views of the state of the last assembly, and of the last residual.
   std::span<const double> linearised_at, last_residual;
   std::vector<double> trial;
@@ -342,11 +345,28 @@ bool StageSolver::Implementation::leaves_small_residual(std::span<const double> 
          velocity_tolerance(scene.source.time) + largest_driven_residual * std::sqrt(fastest);
 }
 
+// True if a pair of contact, or a stop, connects the obstacle to a dynamic body.
+bool StageSolver::Implementation::is_in_reach(int body) const {
+  return std::ranges::any_of(dynamics.contact()->pairs(), [&](const ContactPair& pair) {
+    return scene.body_index_of_point(std::max(pair.nodes[0], pair.nodes[3])) == body;
+  });
+}
+
+// True if a motion can do work in the present step: it moves pins, or an obstacle in reach of a
+// dynamic body. Precondition: contact is on.
+bool StageSolver::Implementation::is_worked_on() const {
+  return std::ranges::any_of(scene.prescribed, [&](const PrescribedMotion& held) {
+    if (!held.moves || held.particles.empty()) return false;
+    if (held.motion.bounds(start_time, time, held.radius).travel == 0) return false;
+    const int particle = held.particles.front();
+    return particle < scene.dynamic_particles ||
+           is_in_reach(scene.body_index_of_particle(particle));
+  });
+}
+
 // True if nothing but contact and damping changes the sum of the energies.
 bool StageSolver::Implementation::conserves_energy() const {
-  return !dynamics.varies() && !dynamics.has_external_forces() &&
-         std::none_of(scene.prescribed.begin(), scene.prescribed.end(),
-                      [](const PrescribedMotion& held) { return held.moves; });
+  return !has_work && !is_worked_on() && !dynamics.varies() && !dynamics.has_external_forces();
 }
 
 // True if the step to `y` stretches edges too much or gains energy. `before` are the energies at
@@ -443,6 +463,7 @@ StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<do
     dynamics.contact()->begin_newton();
   }
   const bool is_judged = has_contact && is_driven();
+  has_work = false;
   Energies before;
   for (int corrections = 0;; ++corrections) {
     const bool is_enough = corrections >= newton_count;
@@ -460,6 +481,8 @@ StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<do
     }
     if (corrections == newton_count + most_whole_corrections) return Outcome::not_converged;
     if (const Outcome outcome = correct(y); outcome != Outcome::solved) return outcome;
+    // The pairs are those before the correction, with its stops.
+    has_work = has_work || (has_contact && is_worked_on());
   }
 }
 

@@ -75,7 +75,7 @@ StepTrouble trouble_of(const ContactFault& fault) {
 
 std::optional<ContactFault> pressed_surfaces(Dynamics& dynamics, double time,
                                              std::span<const double> y) {
-  constexpr double pressed_part = 0.01;  // of the range
+  const double pressed_part = time > 0 ? 0.01 : 0.5;  // of the range
   if (dynamics.contact() == nullptr) return std::nullopt;
   std::vector<double> rate(y.size());
   if (const auto fault = dynamics.rate(time, y, rate)) return std::nullopt;

@@ -24,7 +24,8 @@ enum class StepTrouble {
 StepTrouble trouble_of(const ContactFault& fault);
 
 // Returns the pair with the smallest gap in the state `y` at `time` (s) as a fault, or nothing if
-// that gap is more than a hundredth of contact.range. Evaluates the forces.
+// that gap is more than a hundredth of contact.range. At the start, half of contact.range counts:
+// bodies that start so close are thrown apart. Evaluates the forces.
 std::optional<ContactFault> pressed_surfaces(Dynamics& dynamics, double time,
                                              std::span<const double> y);
 // Returns the trouble of a step that fails by `trouble` between such surfaces, if there are any:

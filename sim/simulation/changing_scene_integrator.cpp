@@ -56,12 +56,13 @@ bool ChangingSceneIntegrator::is_change_due() const {
 }
 
 std::optional<Failure> ChangingSceneIntegrator::step() {
+  if (breaks_at_) break_ties();
   while (is_change_due()) change_pins();
   before_ = time();
   whole_.begin_step(before_);
   if (auto failure = stage_->integrator->step()) return failure;
   copy_state();
-  if (overload(time(), state()) > 0) break_ties();
+  if (overload(time(), state()) > 0) end_step_at(breaking_time());
   return std::nullopt;
 }
 
@@ -103,12 +104,29 @@ double ChangingSceneIntegrator::breaking_time() const {
   return breaks;
 }
 
-// Ends the last step at the time when ties break, and continues without these ties.
+// Ends the last step at the time `breaking` (s) of breaking_time(). Ties break when the next step
+// begins.
+void ChangingSceneIntegrator::end_step_at(double breaking) {
+  if (breaking < time()) {
+    std::vector<double> y(whole_.state_size());
+    // state_at() cannot fail, because breaking_time() has tried this state.
+    if (state_at(breaking, y)) return;
+    state_ = std::move(y);
+  }
+  breaks_at_ = breaking;
+  find_awake_state();
+}
+
+void ChangingSceneIntegrator::find_awake_state() {
+  if (is_shortened() && stage_->sleeping != nullptr)
+    awake_state_ = stage_->sleeping->awake_part(state_);
+}
+
+// Continues from the end of the last step without the ties that break there.
 void ChangingSceneIntegrator::break_ties() {
-  const double now = breaking_time();
-  std::vector<double> y(state().begin(), state().end());
-  // state_at() cannot fail, because breaking_time() has tried this state.
-  if (now < time() && state_at(now, y)) return;
+  const double now = time();
+  const std::vector<double> y(state().begin(), state().end());
+  breaks_at_.reset();
   std::string names;
   auto springs = stage_->breakable.begin();
   for (const Tie& tie : stage_->scene.ties) {
@@ -167,6 +185,8 @@ std::optional<Failure> ChangingSceneIntegrator::state_at(double time, std::span<
 }
 
 void ChangingSceneIntegrator::restart(double time, std::span<const double> y) {
+  if (breaks_at_ && time >= *breaks_at_) break_ties();
+  breaks_at_.reset();
   std::vector<double> placed(y.begin(), y.end());
   place_pinned(stage_->scene, time, false, placed);
   stage_->integrator->restart(time, placed);
@@ -175,7 +195,7 @@ void ChangingSceneIntegrator::restart(double time, std::span<const double> y) {
 
 void ChangingSceneIntegrator::transfer(StateArchive& archive) {
   std::size_t count = holds_.size();
-  archive(event_, built_at_, earlier_, broken_, count);
+  archive(event_, built_at_, earlier_, broken_, before_, breaks_at_, state_, count);
   holds_.resize(count);
   for (TimedHold& hold : holds_) {
     std::size_t clamped = hold.clamped.size();
@@ -188,7 +208,8 @@ void ChangingSceneIntegrator::transfer(StateArchive& archive) {
     after_change_({});
   }
   stage_->integrator->transfer(archive);
-  copy_state();
+  if (!is_shortened()) copy_state();
+  find_awake_state();
 }
 
 }  // namespace weft::sim

@@ -4,6 +4,8 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,7 +27,8 @@ bool changes_in_time(const Scene& scene);
 // A step ends at each change of pins, to within time.minimum_step. If a tie carries more than its
 // break_force at the end of a step, interpolation shortens the step to the time when the tie
 // reached this force. If surfaces meet in an interpolated state, the tie breaks at the end of the
-// step instead.
+// step instead. The scene changes at the start of the next step, so states within a step belong to
+// the pins and ties of that step.
 //
 // A released vertex keeps the velocity that its pin had before the release. A vertex that a pin
 // begins to hold gets the velocity of the pin at once.
@@ -41,8 +44,10 @@ class ChangingSceneIntegrator final : public Integrator {
   }
 
   [[nodiscard]] std::optional<Failure> step() override;
-  double time() const override { return stage_->integrator->time(); }
-  double last_step() const override { return stage_->integrator->last_step(); }
+  double time() const override { return breaks_at_.value_or(stage_->integrator->time()); }
+  double last_step() const override {
+    return is_shortened() ? *breaks_at_ - before_ : stage_->integrator->last_step();
+  }
   int last_order() const override { return stage_->integrator->last_order(); }
   std::span<const double> state() const override {
     return state_.empty() ? stage_->integrator->state() : std::span<const double>(state_);
@@ -56,12 +61,19 @@ class ChangingSceneIntegrator final : public Integrator {
   void transfer(StateArchive& archive) override;
   std::string decision() const override { return stage_->integrator->decision(); }
 
-  // Returns the dynamics of all bodies, with the held vertices and intact ties of the present
-  // stage.
+  // Returns the dynamics of all bodies, with the held vertices and intact ties of the last step.
   Dynamics& dynamics() const { return stage_->dynamics; }
   // Returns the integrator of the present stage if it lets bodies sleep, else null. Each new stage
   // replaces it.
   SleepingIntegrator* sleeping() const { return stage_->sleeping; }
+  // Returns the part of state() that belongs to awake bodies.
+  std::span<const double> awake_state() const {
+    if (stage_->sleeping == nullptr) return state();
+    return is_shortened() ? std::span<const double>(awake_state_) : stage_->sleeping->awake_state();
+  }
+  // True if ties that break have shortened the last step. The forces were last evaluated beyond
+  // time().
+  bool is_shortened() const { return breaks_at_ && *breaks_at_ < stage_->integrator->time(); }
 
  private:
   struct Stage {
@@ -75,6 +87,8 @@ class ChangingSceneIntegrator final : public Integrator {
 
   bool is_change_due() const;
   void change_pins();
+  void end_step_at(double breaking);
+  void find_awake_state();
   void break_ties();
   double overload(double time, std::span<const double> y) const;
   double breaking_time() const;
@@ -89,10 +103,15 @@ class ChangingSceneIntegrator final : public Integrator {
   std::vector<TimedHold> holds_;  // vertices held by timed pins since event_
   std::vector<int> broken_;       // numbers of the broken ties
   double before_ = 0;             // start of the last step (s)
-  std::vector<Vec3> built_at_;    // positions (m) of dynamic particles when stage_ was built
+  // End of the last step (s), if ties break there.
+  std::optional<double> breaks_at_;
+  std::vector<Vec3> built_at_;  // positions (m) of dynamic particles when stage_ was built
   std::unique_ptr<Stage> stage_;
-  std::vector<double> state_;  // state with held vertices placed; empty unless pins move
-  IntegratorCounts earlier_;   // counts of earlier stages
+  // The state at time(), with held vertices placed. Empty unless pins move or the step is
+  // shortened.
+  std::vector<double> state_;
+  std::vector<double> awake_state_;  // awake part of state_, if the step is shortened
+  IntegratorCounts earlier_;         // counts of earlier stages
 };
 
 }  // namespace weft::sim

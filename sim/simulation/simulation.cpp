@@ -25,7 +25,7 @@ namespace {
 constexpr int explicit_steps_between_looks = 8;
 
 // First bytes of a saved state. The last digit is the version of its layout.
-constexpr std::string_view save_mark = "weft state 2, version " WEFT_VERSION;
+constexpr std::string_view save_mark = "weft state 3, version " WEFT_VERSION;
 
 // Returns the fingerprint of what the files of a case give: another shape gives another one.
 std::uint64_t fingerprint_of(const Scene& scene) {
@@ -51,14 +51,22 @@ struct Simulation::Implementation {
   // Makes the dynamics, the integrator and the watch, which then are those of the start.
   void make_parts();
   void make_own_integrator();
-  // Returns the dynamics that is being integrated, without sleeping bodies and with the present
-  // pins and ties. awake_state() is its state.
+  // Returns the dynamics that is being integrated, without sleeping bodies and with the pins and
+  // ties of the last step. awake_state() is its state.
   Dynamics& awake() {
     if (sleeping != nullptr) return sleeping->dynamics();
     return changing != nullptr ? changing->dynamics() : *dynamics;
   }
   std::span<const double> awake_state() const {
+    if (changing != nullptr) return changing->awake_state();
     return sleeping != nullptr ? sleeping->awake_state() : integrator->state();
+  }
+  // Returns the energies of awake() at the end of the last step.
+  Energies energies_of_awake() {
+    const double time = integrator->time();
+    const bool is_within = changing != nullptr && changing->is_shortened();
+    return is_within ? awake().energies(time, awake_state())
+                     : awake().energies_at_last_rate(time, awake_state());
   }
   Energies with_asleep(const Energies& of_awake) const {
     return sleeping != nullptr ? sleeping->with_asleep(of_awake)
@@ -161,7 +169,7 @@ std::optional<Failure> Simulation::Implementation::judge_step() {
   const PhaseTimer timer(statistics.phases.energies);
   steps_since_look = 0;
   last_look = integrator->time();
-  const Energies of_awake = awake().energies_at_last_rate(last_look, awake_state());
+  const Energies of_awake = energies_of_awake();
   energies = with_asleep(of_awake);
   auto failure = watch->check(last_look, awake_state(), of_awake);
   if (failure && sleeping != nullptr) return sleeping->in_whole(std::move(*failure));
@@ -390,10 +398,9 @@ const Energies& Simulation::energies() const {
   Implementation& self = *implementation_;
   if (!self.energies) {
     const double time = self.integrator->time();
-    self.energies =
-        self.integrator->counts().steps == 0
-            ? self.with_spins(self.awake().energies(time, self.awake_state()), time)
-            : self.with_asleep(self.awake().energies_at_last_rate(time, self.awake_state()));
+    self.energies = self.integrator->counts().steps == 0
+                        ? self.with_spins(self.awake().energies(time, self.awake_state()), time)
+                        : self.with_asleep(self.energies_of_awake());
   }
   return *self.energies;
 }

@@ -1,5 +1,6 @@
 #include "sim/view/scene_description.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdio>
 #include <sstream>
@@ -10,6 +11,7 @@
 #include "sim/case/memory_estimate.h"
 #include "sim/case/time_methods.h"
 #include "sim/contact/compute_choice.h"
+#include "sim/contact/contact.h"
 #include "sim/contact/contact_search.h"
 #include "sim/contact/pair_friction.h"
 #include "sim/forces/force.h"
@@ -279,6 +281,37 @@ void describe_enclosed_spheres(const Scene& scene, std::ostream& out) {
   }
 }
 
+// Returns the kinetic energy of the start, plus the energy of a fall from there by the diagonal of
+// the box around the dynamic bodies (J).
+double energy_of_motion(const Scene& scene) {
+  Eigen::AlignedBox3d box;
+  double mass = 0, kinetic = 0;
+  for (int i = 0; i < scene.dynamic_particles; ++i) {
+    box.extend(scene.initial_position[i]);
+    mass += scene.mass[i];
+    if (scene.is_free(i)) kinetic += 0.5 * scene.mass[i] * scene.initial_velocity(i).squaredNorm();
+  }
+  const double gravity = scene.source.world.gravity.constant_or_zero().norm();
+  return kinetic + mass * gravity * box.diagonal().norm();
+}
+
+// Prints the smallest gap and the energy of contact at the start, if surfaces are in reach. Tells
+// what to do if this energy exceeds energy_of_motion().
+void describe_start_of_contact(const Scene& scene, std::ostream& out) {
+  Statistics unused;
+  Contact contact(scene, unused);
+  const std::vector<Vec3> at_rest(scene.initial_position.size(), Vec3::Zero());
+  if (contact.evaluate(scene.initial_position, at_rest, scene.threads)) return;
+  const auto gap = contact.smallest_gap();
+  if (!gap) return;
+  out << "  at the start the smallest gap is " << 1e3 * *gap << " mm, and contact has "
+      << contact.energy() << " J";
+  if (!traits_of(scene.source.time.method).finds_equilibria() &&
+      contact.energy() > energy_of_motion(scene))
+    out << ",\n  which throws the bodies apart: move them apart, or make contact.range smaller";
+  out << '\n';
+}
+
 void describe_contact(const Scene& scene, std::ostream& out) {
   const ContactCase& contact = scene.source.contact;
   if (scene.spheres_collide) {
@@ -308,6 +341,7 @@ void describe_contact(const Scene& scene, std::ostream& out) {
         << ": too far apart at the start; a body that moves looks for new neighbours\n";
   describe_search(scene, neighbours, out);
   if (obstacles > 1) out << "  skipped pairs of obstacles: nothing is simulated between them\n";
+  describe_start_of_contact(scene, out);
   if (traits_of(scene.source.time.method).finds_equilibria()) {
     out << "  skipped friction and contact damping: in an equilibrium nothing moves\n";
   } else {

@@ -273,6 +273,29 @@ TEST(Methods, ARunThatCreepsOnEndsWithAReason) {
   }
 }
 
+// A sheet that starts deep in a barrier is thrown off too fast for the shortest step.
+TEST(Methods, ARunThatContactThrowsApartAtTheStartSaysSo) {
+  const std::string text = R"(
+[contact]
+range = 0.002
+[material.cloth]
+density = 0.2
+[[body]]
+name = "sheet"
+position = [0, 0, 0.0013]
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [5, 5] }
+[[obstacle]]
+name = "floor"
+shape = { type = "plane", size = [1, 1] }
+)";
+  SimulatedCase sim(text, method("cvode"));
+  const auto failure = sim.integrator().step();
+  ASSERT_TRUE(failure);
+  EXPECT_EQ(failure->kind, Failure::Kind::surfaces) << failure->text;
+  EXPECT_NE(failure->text.find("are pressed together (gap 0.0003 m)"), std::string::npos)
+      << failure->text;
+}
+
 TEST(Methods, SameBitsForAnyNumberOfThreads) {
   const std::string text = R"(
 [time]

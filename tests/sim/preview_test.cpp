@@ -67,6 +67,27 @@ shape = { type = "sphere", radius = 0.15, resolution = [)" +
 )";
 }
 
+// A sheet spins in space: an edge that moves on a straight line within a step is stretched, and
+// steps of 5 ms must be cut.
+const std::string spin = cloth + R"(
+[world]
+gravity = [0, 0, 0]
+[[body]]
+name = "sheet"
+position = [0, 0, 0.3]
+angular_velocity_deg = [0, 0, 1500]
+shape = { type = "rectangle", size = [0.15, 0.1], resolution = [9, 9] }
+)";
+
+// A plane below the sheet, out of reach, that may move.
+std::string plane(const std::string& motion) {
+  return R"(
+[[obstacle]]
+name = "plane"
+shape = { type = "plane", size = [1, 1] }
+)" + motion;
+}
+
 struct Preview {
   double gained = 0;   // largest energy beyond what was put in, J
   double most = 0;     // largest kinetic energy, J
@@ -142,6 +163,23 @@ TEST(Preview, SurvivesAnImpactWithoutCrossingsAndGainsNoEnergy) {
       EXPECT_LE(preview.gained, 0.002 * preview.most) << step;
     }
   }
+}
+
+// A motion that touches nothing does no work: steps that gain energy are cut beside it, too.
+TEST(Preview, SpinsBesideAMovingObstacleAndGainsNoEnergy) {
+  const Preview still = run(spin + plane(""), 0.005, 0.09);
+  EXPECT_GT(still.counts.convergence_failures, 0);
+  for (const char* motion : {"motion = { velocity = [0, 0, -1] }",
+                             "motion = { velocity = [0, 0, -1], start_time = 0.03 }"}) {
+    SCOPED_TRACE(motion);
+    const Preview preview = run(spin + plane(motion), 0.005, 0.09);
+    EXPECT_LE(preview.gained, 0.01 * preview.most);
+    EXPECT_LT(preview.stretch, 0.1);
+  }
+  const Preview later =
+      run(spin + plane("motion = { velocity = [0, 0, -1], start_time = 0.1 }"), 0.005, 0.09);
+  EXPECT_EQ(later.counts.steps, still.counts.steps);
+  EXPECT_EQ(later.gained, still.gained);
 }
 
 }  // namespace

@@ -132,6 +132,32 @@ velocity = [0, 0, -1]
 positions = { type = "grid", count = [2, 2, 2], centre = [0, 0, 0.08], jitter = 0.001 }
 )";
 
+// A sheet falls on a tie to a plate, which breaks.
+constexpr const char* torn_sheet = R"(
+[time]
+duration = 0.2
+frames_per_second = 100
+[contact]
+enabled = false
+[output]
+channels = ["reactions"]
+checkpoint_every = 1e-9
+[material.cloth]
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [4, 4] }
+[[obstacle]]
+name = "plate"
+position = [0, 0, 1]
+shape = { type = "rectangle", size = [1, 1], resolution = [2, 2] }
+[[tie]]
+body = "sheet"
+to = "plate"
+rows = [0, -1]
+stiffness = 80
+break_force = 2
+)";
+
 const Overrides often{"output.checkpoint_every=0.02"};
 
 Overrides with(const Overrides& some, const Overrides& more) {
@@ -183,6 +209,8 @@ std::vector<Variant> variants() {
       {sheet_on_ball, method("euler", {"time.step=0.002"})},
       {folding_strip, {}},
       {sleeping_sheets, {}},
+      {torn_sheet, {}},
+      {torn_sheet, method("euler")},
       {rolling_balls, {}},
       {balls_in_a_sheet, {}},
       {balls_in_a_sheet, method("euler")},

@@ -158,6 +158,27 @@ TEST(Scene, SaysWhatItNeedsAndSkips) {
   EXPECT_EQ(text.find("skipped pyramid of b"), std::string::npos) << text;
 }
 
+// A sheet that starts deep within contact.range is thrown off; at the end of the range it is not.
+TEST(Scene, SaysHowMuchEnergyContactHasAtTheStart) {
+  const auto text_of = [](const std::string& height, const std::string& method) {
+    return describe_scene(*build_scene(parse_case(
+        "[contact]\nrange = 0.002\n[material.m]\n[[body]]\nname = \"b\"\nposition = [0, 0, " +
+            height +
+            "]\nshape = { type = \"rectangle\", size = [0.1, 0.1], resolution = [5, 5] }\n"
+            "[[obstacle]]\nname = \"floor\"\nshape = { type = \"plane\", size = [1, 1] }\n",
+        "test.toml", {"time.method=" + method})));
+  };
+  expect_said(
+      text_of("0.0013", "cvode"),
+      {"at the start the smallest gap is 0.3 mm, and contact has 0.0682",
+       " J,\n  which throws the bodies apart: move them apart, or make contact.range smaller\n"});
+  EXPECT_EQ(text_of("0.0013", "static").find("throws"), std::string::npos);
+  const std::string near = text_of("0.00298", "cvode");
+  expect_said(near, {"at the start the smallest gap is 1.98 mm, and contact has "});
+  EXPECT_EQ(near.find("throws"), std::string::npos) << near;
+  EXPECT_EQ(text_of("0.5", "cvode").find("smallest gap"), std::string::npos);
+}
+
 TEST(Scene, SaysNothingOfDistancesWhereAllIsNear) {
   const std::string text = describe_scene(*scene_of(small_sheet, obstacle("near", -1.01)));
   EXPECT_EQ(text.find("too far apart"), std::string::npos) << text;

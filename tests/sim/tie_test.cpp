@@ -1,4 +1,5 @@
 // Ties against closed forms and conservation laws.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -66,6 +67,61 @@ stiffness = 80
 )";
 constexpr double mass = 0.2;                            // kg
 const double angular_frequency = std::sqrt(80 / mass);  // 1/s
+
+// A pin holds a sheet. From 0.1 s on, a plate 1 m below pulls at it by a tie, which stretches by
+// 1 m/s: after d seconds with 300 N/m d, which makes 150 J d^2.
+constexpr const char* held_sheet = R"(
+[time]
+duration = 0.6
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.cloth]
+density = 0.2
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
+[[body.pin]]
+rows = [0, 1]
+[[obstacle]]
+name = "plate"
+position = [0, 0, -1]
+shape = { type = "rectangle", size = [2, 2], resolution = [3, 3] }
+motion = { velocity = [0, 0, -1], start_time = 0.1 }
+[[tie]]
+body = "sheet"
+to = "plate"
+edges = ["first_row"]
+stiffness = 300
+break_force = 60
+)";
+
+double energy_of_ties(const Energies& energies) {
+  for (const auto& [name, energy] : energies.elastic) {
+    if (name == "ties") return energy;
+  }
+  ADD_FAILURE() << "no energy of ties";
+  return 0;
+}
+
+// Returns the energy (J) of ties in the frame at `time`, within the last step.
+double energy_of_ties_at(const Simulation& simulation, double time) {
+  std::vector<double> y(simulation.state().size());
+  if (const auto failure = simulation.state_at(time, y)) ADD_FAILURE() << failure->text;
+  return energy_of_ties(simulation.summary_of(time, y).energies);
+}
+
+// Keeps the reports of ties that break.
+class Listener final : public StepObserver {
+ public:
+  explicit Listener(Simulation& simulation) { simulation.add_observer(*this); }
+  void after_step(const Simulation& /*simulation*/) override {}
+  void after_decision(const std::string& text) override {
+    if (text.starts_with("tie breaks")) breaks.push_back(text);
+  }
+  std::vector<std::string> breaks;
+};
 
 Vec3 momentum(Simulation& simulation) {
   const StateView state = StateView::of(simulation.state());
@@ -188,6 +244,117 @@ TEST(Tie, HoldsUpToItsForce) {
   const double start = mean_of(simulation.position("sheet")).z();
   advance_to(simulation, 0.5);
   EXPECT_GT(mean_of(simulation.position("sheet")).z() - start, -0.06);
+}
+
+// Frames of the step in which a tie breaks show it up to the time at which it breaks.
+TEST(Tie, IsInFramesUntilItBreaks) {
+  for (const char* name : {"cvode", "arkode", "euler", "verlet"}) {
+    SCOPED_TRACE(name);
+    Simulation simulation = simulation_of(held_sheet, method(name));
+    Listener listener(simulation);
+    double start = 0;
+    while (simulation.time() < 0.6) {
+      if (const auto failure = simulation.step()) FAIL() << failure->text;
+      const double end = simulation.time();
+      const bool is_broken = !listener.breaks.empty();
+      EXPECT_TRUE(is_broken || end < 0.3 + 1e-6) << end;
+      for (const double part : {0.3, 0.7, 1.0}) {
+        const double time = std::lerp(start, end, part), pulled = std::max(time - 0.1, 0.0);
+        const bool is_there = time < 0.3 - 1e-6 || !is_broken;
+        const double expected = is_there ? 150 * pulled * pulled : 0;
+        EXPECT_NEAR(energy_of_ties_at(simulation, time), expected, 1e-3) << time;
+      }
+      const double last = energy_of_ties(simulation.energies());
+      EXPECT_NEAR(last, energy_of_ties_at(simulation, end), 1e-9) << end;
+      start = end;
+    }
+    ASSERT_EQ(listener.breaks.size(), 1U);
+    EXPECT_EQ(listener.breaks.front(), "tie breaks at t = 0.3 s: \"sheet\" to \"plate\"");
+  }
+}
+
+// The steps of a held sheet are long: the last one may end far beyond the run.
+TEST(Tie, BreaksNotBeforeTheEndOfItsStep) {
+  Simulation simulation = simulation_of(held_sheet, {"tie.0.break_force=600"});
+  Listener listener(simulation);
+  while (simulation.time() < 0.6) {
+    if (const auto failure = simulation.step()) FAIL() << failure->text;
+  }
+  EXPECT_GT(simulation.time(), 1);
+  EXPECT_EQ(listener.breaks, std::vector<std::string>{});
+  EXPECT_NEAR(energy_of_ties_at(simulation, 0.6), 150 * 0.25, 1e-3);
+}
+
+// A body sleeps while the tie of another one breaks.
+TEST(Tie, BreaksBesideASleepingBody) {
+  const std::string other = R"([[body]]
+name = "other"
+position = [5, 0, 0]
+rotation_deg = [90, 0, 0]
+shape = { type = "rectangle", size = [0.5, 0.5], resolution = [4, 4] }
+[[body.pin]]
+edges = ["last_row"]
+)";
+  Simulation simulation = simulation_of(
+      held_sheet + other,
+      {"time.duration=4", "obstacle.plate.motion.start_time=3", "body.sheet.pin.0.rows=[0,0]",
+       "tie.0.edges=[\"last_row\"]", "world.gravity=[0,0,-9.81]", "material.cloth.mass_damping=20",
+       "material.cloth.membrane_stiffness=2000"});
+  Listener listener(simulation);
+  double energy = 0;
+  while (listener.breaks.empty()) {
+    ASSERT_LT(simulation.time(), 3.9);
+    energy = energy_of_ties(simulation.energies());
+    const auto summary = simulation.summary_of(simulation.time(), simulation.state());
+    EXPECT_NEAR(energy_of_ties(summary.energies), energy, 1e-9);
+    EXPECT_TRUE(simulation.time() < 2.9 || summary.sleeping_bodies == 1);
+    if (const auto failure = simulation.step()) FAIL() << failure->text;
+  }
+  // k d = 60 N where all springs are stretched alike.
+  EXPECT_NEAR(energy, 60.0 * 60 / (2 * 300), 0.01);
+  EXPECT_EQ(energy_of_ties(simulation.energies()), 0);
+}
+
+// A simulation that is saved after any step goes on with the same bits, also after the step at
+// whose end a tie breaks.
+TEST(Tie, ContinuesFromBytesWhereItBreaks) {
+  for (const char* name : {"euler", "verlet"}) {
+    SCOPED_TRACE(name);
+    const Overrides overrides =
+        method(name, {"tie.0.break_force=" + std::to_string(1.5 * mass * gravity)});
+    Simulation simulation = simulation_of(sheet_on_a_spring, overrides);
+    Simulation again = simulation_of(sheet_on_a_spring, overrides);
+    Listener listener(simulation);
+    std::string bytes;
+    while (listener.breaks.empty()) {
+      ASSERT_LT(simulation.time(), 0.2);
+      bytes = simulation.save();
+      if (const auto failure = simulation.step()) FAIL() << failure->text;
+    }
+    again.restore(bytes);
+    EXPECT_GT(energy_of_ties(again.energies()), 0);
+    EXPECT_GT(energy_of_ties_at(again, again.time() - 0.5 * again.integrator().last_step()), 0);
+    if (const auto failure = again.step()) FAIL() << failure->text;
+    EXPECT_EQ(again.time(), simulation.time());
+    EXPECT_TRUE(std::ranges::equal(again.state(), simulation.state()));
+  }
+}
+
+// New velocities at the end of the step in which a tie breaks do not mend it.
+TEST(Tie, StaysBrokenWhateverTheNewVelocities) {
+  Simulation simulation = simulation_of(
+      sheet_on_a_spring,
+      method("verlet", {"tie.0.break_force=" + std::to_string(1.5 * mass * gravity)}));
+  const double most = 1.5 * mass * gravity * 1.5 * mass * gravity / (2 * 80);  // J
+  while (energy_of_ties(simulation.energies()) < 0.999999 * most) {
+    ASSERT_LT(simulation.time(), 0.2);
+    if (const auto failure = simulation.step()) FAIL() << failure->text;
+  }
+  const double start = mean_of(simulation.position("sheet")).z(), time = simulation.time();
+  const std::vector<Vec3> up(simulation.position("sheet").size(), Vec3(0, 0, 1));
+  simulation.set_velocity("sheet", up);
+  advance_to(simulation, time + 0.1);
+  EXPECT_NEAR(mean_of(simulation.position("sheet")).z() - start, 0.1 - 0.5 * gravity * 0.01, 1e-5);
 }
 
 TEST(Tie, ContinuesFromBytesAfterBreaking) {
