@@ -1,11 +1,16 @@
 #include "sim/base/hdf5_handle.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 
 #include "sim/base/file_error.h"
+#include "sim/base/file_status.h"
 
 namespace weft::sim::hdf5 {
 namespace {
@@ -197,18 +202,20 @@ std::vector<int> Access::read_integers(hid_t object, const std::string& name) co
 }
 
 Handle Access::open_for_reading() const {
-  std::error_code error;
-  const auto status = std::filesystem::status(path_, error);
+  const auto status = status_of(path_);
   if (!std::filesystem::exists(status)) reject("no such file");
   if (std::filesystem::is_directory(status)) reject("is a directory");
   // Opening a pipe would wait for its writer, and opening a device would read it.
   if (!std::filesystem::is_regular_file(status)) reject("is not a regular file");
+  if (::access(path_.c_str(), R_OK) != 0)
+    reject(std::string("cannot be read: ") + std::strerror(errno));
   const Handle file_access(H5Pcreate(H5P_FILE_ACCESS));
 #if H5_VERSION_GE(1, 10, 7)
   H5Pset_file_locking(file_access.get(), false, true);
 #endif
   // HDF5 reads the file's size before its content, so a file that grows in between looks truncated.
   // A failed opening is repeated if the file's size has changed meanwhile.
+  std::error_code error;
   for (;;) {
     const auto size = std::filesystem::file_size(path_, error);
     const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDONLY, file_access.get());

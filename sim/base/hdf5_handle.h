@@ -77,7 +77,7 @@ class Access {
   std::vector<int> read_integers(hid_t object, const std::string& name) const;
 
   // Opens the file read-only and without HDF5's locks, which some network file systems refuse.
-  // Rejects anything but a regular file.
+  // Rejects anything but a regular file that this process may read.
   Handle open_for_reading() const;
   // Open an object by its path below `parent`. They do not follow links to other files, which may
   // be pipes or devices.

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "sim/base/file_error.h"
+#include "sim/base/file_status.h"
 #include "sim/base/memory_shortage.h"
 #include "sim/base/reading_process.h"
 #include "sim/case/case_error.h"
@@ -62,6 +63,8 @@ int report_faults(const RunCommand& command,
     return refuse(exit_code::bad_case, error.what());
   } catch (const FileError& error) {
     return refuse(exit_code::input_output, error.what());
+  } catch (const std::filesystem::filesystem_error& error) {
+    return refuse(exit_code::input_output, fault_text(error));
   } catch (const MemoryShortage& error) {
     return refuse(exit_code::input_output, error.what());
   } catch (const std::bad_alloc&) {

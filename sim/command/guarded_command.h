@@ -29,8 +29,8 @@ struct GuardedCommand {
 int run_guarded(const GuardedCommand& command);
 
 // Calls run(title) and returns its exit code. `run` sets `title` once it has read the case. For a
-// CaseError, a FileError or a lack of memory, prints a message and returns the matching exit code.
-// With --json it also prints a JSON object.
+// CaseError, a FileError, an error of std::filesystem or a lack of memory, prints a message and
+// returns the matching exit code. With --json it also prints a JSON object.
 int report_faults(const RunCommand& command,
                   const std::function<int(std::optional<std::string>& title)>& run);
 

@@ -4,16 +4,19 @@
 #include <array>
 #include <cmath>
 #include <csignal>
+#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <optional>
 #include <span>
 #include <string_view>
 
+#include "sim/base/file_status.h"
 #include "sim/case/case_error.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/case/material_presets.h"
+#include "sim/command/argument_checks.h"
 #include "sim/command/bench_command.h"
 #include "sim/command/check_command.h"
 #include "sim/command/command_json.h"
@@ -58,8 +61,12 @@ Exit codes: 0 done, 1 numerical failure (the last good state is kept), 2 bad cas
 using namespace weft::sim;
 
 int refuse_file(const std::string& path, const std::exception& error, bool json) {
-  const bool no_memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
-  const std::string reason = no_memory ? path + ": needs more memory than there is" : error.what();
+  std::string reason = error.what();
+  if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
+    reason = path + ": needs more memory than there is";
+  } else if (const auto* fault = dynamic_cast<const std::filesystem::filesystem_error*>(&error)) {
+    reason = fault_text(*fault);
+  }
   complain(reason);
   if (json) std::cout << refusal_json(exit_code::input_output, reason) << '\n';
   return exit_code::input_output;
@@ -182,6 +189,7 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
   CLI::App* run = app.add_subcommand("run", "Simulate a case");
   add_case_arguments(*run, arguments);
   run->add_option("-o,--output", arguments.command.directory, "Folder of the trajectory")
+      ->check(is_name)
       ->capture_default_str();
   CLI::Option* force =
       run->add_flag("--force", arguments.command.force, "Overwrite an existing trajectory");
@@ -197,7 +205,8 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
   CLI::Option* restart =
       run->add_option("--restart-from", arguments.command.restart_from,
                       "Start the bodies in the state of another run, at the time of --time")
-          ->type_name("TRAJECTORY");
+          ->type_name("TRAJECTORY")
+          ->check(is_name);
   CLI::Option* time = run->add_option("--time", arguments.command.restart_time,
                                       "Time of a frame of that run, or of its last checkpoint")
                           ->type_name("SECONDS")
@@ -219,12 +228,14 @@ void add_run_and_check(CLI::App& app, Arguments& arguments) {
       ->add_option("--picture", arguments.check.picture,
                    "Draw the initial state to this PNG file, from above and from below, with "
                    "triangles that intersect in red")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(is_name);
   check
       ->add_option("--fix-initial", arguments.check.new_start,
                    "Separate cloth that intersects slightly, and write the shapes of the bodies "
                    "that moved to this new HDF5 file; the case stays as it is")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(is_name);
   check->add_flag("--force", arguments.command.force, "Overwrite an existing FILE");
   check->callback([&] {
     arguments.check.run = arguments.command;
@@ -251,7 +262,8 @@ CLI::App* add_modes_command(CLI::App& app, const std::string& name, const std::s
   CLI::Option* output =
       sub->add_option("-o,--output", arguments.command.directory,
                       "Folder of a trajectory that shows the modes; without it, none is written")
-          ->type_name("FOLDER");
+          ->type_name("FOLDER")
+          ->check(is_name);
   sub->add_option("--animate", modes.frames_per_mode,
                   "Frames of the trajectory per mode, over one period; without it, each mode has "
                   "one frame, its shape")
@@ -338,6 +350,7 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
   RenderOptions& drawing = arguments.drawing;
   pictures->add_option("trajectory", arguments.trajectory, "HDF5 file of a run")->required();
   pictures->add_option("-o,--output", arguments.pictures, "Folder of the pictures")
+      ->check(is_name)
       ->capture_default_str();
   pictures->add_option("--every", drawing.every, "Draw every Nth frame")
       ->check(CLI::Range(1, std::numeric_limits<int>::max()))

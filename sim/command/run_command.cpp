@@ -12,6 +12,7 @@
 
 #include "sim/accuracy/accuracy_choice.h"
 #include "sim/accuracy/accuracy_pilot.h"
+#include "sim/base/file_status.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
 #include "sim/case/case_writer.h"
@@ -154,7 +155,7 @@ void refuse_no_estimate(const Case& source) {
 // duration is not longer than that of the case.
 void refuse_to_extend(const RunCommand& command, const std::string& trajectory,
                       const Case& source) {
-  if (!std::filesystem::exists(trajectory)) {
+  if (!std::filesystem::exists(status_of(trajectory))) {
     const double duration = read_case(command.case_path, command.overrides).time.duration;
     if (*command.extend <= duration) {
       throw CaseError({"--extend"},

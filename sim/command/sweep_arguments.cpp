@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "sim/case/case_text.h"
+#include "sim/command/argument_checks.h"
 
 namespace weft::sim {
 
@@ -41,7 +42,8 @@ void read_slice(const std::string& text, SweepCommand& command) {
 void add_plan_options(CLI::App& sub, SweepCommand& command) {
   sub.add_option("-o,--output", command.directory,
                  "Folder of the results; default: out/NAME of the sweep file")
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->check(is_name);
   sub.add_option("--set", command.overrides,
                  "Override a case key in all runs, for example --set time.duration=0.5; one "
                  "--set per key")
@@ -155,7 +157,8 @@ void add_sweep(CLI::App& app, SweepCommand& command, int& code) {
           "Take every Nth run of the list, from run K on, counted from 0; default: 0/1")
       ->type_name("K/N");
   work->add_option("--list", command.list, "List of runs; default: to_do.json of the folder")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check(is_name);
   work->add_flag("--only-slice", command.only_slice,
                  "Leave the runs of other slices alone: for folders whose locks do not reach all "
                  "machines");
@@ -168,8 +171,10 @@ void add_sweep(CLI::App& app, SweepCommand& command, int& code) {
       "Make the summary and plots anew from the trajectories, with the [outputs] that the sweep "
       "file has now, without running anything");
   collect->add_option("folder", command.path, "Folder of the sweep")->required();
-  collect->add_option("sweep", command.collected_sweep,
-                      "Sweep file with the outputs; default: the one of the plan");
+  collect
+      ->add_option("sweep", command.collected_sweep,
+                   "Sweep file with the outputs; default: the one of the plan")
+      ->check(is_name);
   add_json(*collect, command);
   collect->callback([&] { code = collect_sweep(command); });
 

@@ -164,6 +164,7 @@ class Run final : private StepObserver {
   void open_trajectory() {
     const bool replaces = options_.force || options_.resume || options_.resumed != nullptr;
     refuse_foreign_checkpoint(options_.trajectory, options_.force);
+    if (!options_.force) TrajectoryWriter::refuse_foreign_sidecar(options_.trajectory);
     recorder_.emplace(simulation_, in_output_folder(options_.trajectory), replaces, record_cost_,
                       more_series());
     if (options_.resumed != nullptr) {

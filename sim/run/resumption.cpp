@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "sim/base/file_status.h"
 #include "sim/case/case_error.h"
 #include "sim/case/case_reader.h"
 #include "sim/case/case_text.h"
@@ -108,7 +109,8 @@ void check_with_checkpoint(const std::string& trajectory, const Case& source,
 Resumption find_resumption(const std::string& trajectory, Case& source,
                            const ResumeOptions& options) {
   TrajectoryWriter::refuse_existing(trajectory, true);
-  if (!std::filesystem::exists(trajectory)) return {};
+  TrajectoryWriter::refuse_foreign_sidecar(trajectory);
+  if (!std::filesystem::exists(status_of(trajectory))) return {};
   Resumption found{read_checkpoint(trajectory)};
   if (!found.checkpoint) {
     check_without_checkpoint(trajectory, source, options);

@@ -23,7 +23,7 @@ struct Resumption {
 // Finds the checkpoint of the trajectory at the path `trajectory`, which must be one of the case
 // `source`. The table [compute] may differ. Settles time.accuracy of `source` as that run did.
 // Throws CaseError if the case or the options are others, and FileError if another process writes
-// the trajectory, or if a file is damaged or lacks frames.
+// the trajectory, if a file is damaged or lacks frames, or if the sidecar is not one of Weft.
 Resumption find_resumption(const std::string& trajectory, Case& source,
                            const ResumeOptions& options);
 

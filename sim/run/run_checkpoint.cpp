@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "sim/base/file_error.h"
+#include "sim/base/file_status.h"
 #include "sim/base/fingerprint.h"
 #include "sim/run/numerics_version.h"
 
@@ -93,8 +94,9 @@ void write_checkpoint(const std::string& trajectory, RunCheckpoint checkpoint) {
 
 std::optional<RunCheckpoint> read_checkpoint(const std::string& trajectory) {
   const std::string path = checkpoint_path(trajectory);
-  if (!std::filesystem::exists(path)) return std::nullopt;
-  if (!std::filesystem::is_regular_file(path)) throw FileError(path + ": is not a regular file");
+  const std::filesystem::file_status status = status_of(path);
+  if (!std::filesystem::exists(status)) return std::nullopt;
+  if (!std::filesystem::is_regular_file(status)) throw FileError(path + ": is not a regular file");
   std::ifstream file(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
   if (!file) throw FileError(path + ": cannot be read");
@@ -121,14 +123,17 @@ std::optional<RunCheckpoint> read_checkpoint(const std::string& trajectory) {
 void refuse_foreign_checkpoint(const std::string& trajectory, bool force) {
   namespace fs = std::filesystem;
   const std::string path = checkpoint_path(trajectory);
-  if (fs::exists(path) && !fs::is_regular_file(path))
+  refuse_long_name(unfinished_checkpoint_path(trajectory));
+  const fs::file_status found = status_of(path);
+  if (fs::exists(found) && !fs::is_regular_file(found))
     throw FileError(path + ": is not a regular file");
   if (force) return;
-  if (fs::exists(path)) refuse_foreign_file(path);
+  if (fs::exists(found)) refuse_foreign_file(path);
   // A run that was killed leaves an empty file, or the beginning of a checkpoint.
   const std::string unfinished = unfinished_checkpoint_path(trajectory);
-  const fs::file_status status = fs::symlink_status(unfinished);
-  const bool is_file = fs::is_regular_file(status) && fs::file_size(unfinished) > 0;
+  const fs::file_status status = link_status_of(unfinished);
+  std::error_code gone;
+  const bool is_file = fs::is_regular_file(status) && fs::file_size(unfinished, gone) > 0 && !gone;
   if (is_file || fs::is_symlink(status)) refuse_foreign_file(unfinished);
 }
 

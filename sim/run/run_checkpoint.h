@@ -47,10 +47,11 @@ std::string unfinished_checkpoint_path(const std::string& trajectory);
 // new one. Throws FileError.
 void write_checkpoint(const std::string& trajectory, RunCheckpoint checkpoint);
 // Returns the checkpoint of a trajectory, or nothing if there is none. Throws FileError if it is
-// damaged or was written by another version of Weft.
+// damaged, was written by another version of Weft, or cannot be accessed.
 std::optional<RunCheckpoint> read_checkpoint(const std::string& trajectory);
 // Throws FileError if the path of the checkpoint is that of a file which no version of Weft wrote,
-// unless `force` is true, or of something else than a file.
+// unless `force` is true, or of something else than a file, or if it cannot be accessed or
+// its name is too long.
 void refuse_foreign_checkpoint(const std::string& trajectory, bool force);
 // Removes the checkpoint of a trajectory, if there is one.
 void remove_checkpoint(const std::string& trajectory);

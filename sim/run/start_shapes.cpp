@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "sim/base/file_error.h"
+#include "sim/base/file_status.h"
 #include "sim/base/hdf5_handle.h"
 #include "sim/base/output_folder.h"
 #include "sim/case/case_error.h"
@@ -61,8 +62,7 @@ void write_shape(const Access& access, const Handle& file, const Scene& scene, i
 }  // namespace
 
 void refuse_shape_file(const std::string& path, const Case& source, bool force) {
-  std::error_code error;
-  const auto status = std::filesystem::symlink_status(path, error);
+  const auto status = link_status_of(path);
   if (std::filesystem::is_directory(status)) throw FileError(path + ": is a directory");
   refuse_input_file(path, source, "--fix-initial");
   if (!force && std::filesystem::exists(status))

@@ -122,12 +122,13 @@ std::string optional_number(const std::optional<double>& value) {
   return value ? rounded_text(*value) : "";
 }
 
+// Removes the charts of Weft that are not among `kept`, and leaves SVG files of others.
 void remove_other_plots(const fs::path& folder, const std::set<std::string>& kept) {
   std::error_code failure;
   std::vector<fs::path> others;
   for (const auto& entry : fs::directory_iterator(folder, failure)) {
     const fs::path& path = entry.path();
-    if (path.extension() == ".svg" && !kept.contains(path.filename().string()))
+    if (path.extension() == ".svg" && !kept.contains(path.filename().string()) && is_own_svg(path))
       others.push_back(path);
   }
   for (const fs::path& path : others) {

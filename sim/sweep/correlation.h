@@ -39,8 +39,8 @@ std::string correlations_csv(const std::vector<Correlation>& correlations);
 // Writes `folder`/correlations.csv, and a plot of each output against each factor,
 // `folder`/plots/OUTPUT-FACTOR.svg. Texts are numbered in the order of their first runs. The axis
 // tells the number of each, or of the first and the last one if they are more than twelve. A pair
-// without any value has no plot; correlations.csv says so. Removes other SVG files of
-// `folder`/plots, which are those of earlier outputs. Throws FileError.
+// without any value has no plot; correlations.csv says so. Removes other plots of Weft from
+// `folder`/plots, which are those of earlier outputs; SVG files of others stay. Throws FileError.
 void write_plots(const Summary& summary, const std::filesystem::path& folder);
 
 }  // namespace weft::sim

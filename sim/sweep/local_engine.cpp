@@ -328,19 +328,31 @@ class LocalEngine {
     result.wall_seconds = number_in(result.report, "wall_s").value_or(end.wall_seconds);
     result.cpu_seconds = number_in(result.report, "cpu_s").value_or(end.cpu_seconds);
     result.outputs = output_values(ended.attempt.folder() / "run.h5", outputs_);
-    explain(result, ended);
+    explain(result, ended, exceeded_by(ended, end, result));
     return result;
   }
 
+  // Returns the limit that the run exceeded. A run that is done may have done so between two looks.
+  Exceeded exceeded_by(const Active& ended, const ChildEnd& end, const RunResult& result) const {
+    const LimitsCase& limits = plan_.limits;
+    if (ended.exceeded != Exceeded::nothing || end.signal != 0 || end.exit_code != 0)
+      return ended.exceeded;
+    if (limits.memory && result.peak_memory > *limits.memory) return Exceeded::memory;
+    if (limits.time && end.wall_seconds > *limits.time) return Exceeded::time;
+    return Exceeded::nothing;
+  }
+
   // Sets the kind and the reason of a failure.
-  void explain(RunResult& result, const Active& ended) const {
-    if (ended.exceeded == Exceeded::memory) {
+  void explain(RunResult& result, const Active& ended, Exceeded exceeded) const {
+    if (exceeded == Exceeded::memory) {
+      const bool was_ended = ended.exceeded == Exceeded::memory;
+      const double taken = was_ended ? ended.peak_seen : result.peak_memory;
       result.failure = Failure::over_memory;
       result.reason =
-          "took " + rounded_text(std::round(ended.peak_seen)) +
+          "took " + rounded_text(std::ceil(10 * taken) / 10) +
           " MiB of memory, more than limits.memory = " + rounded_text(*plan_.limits.memory) +
           " MiB";
-    } else if (ended.exceeded == Exceeded::time && (result.signal != 0 || result.exit_code != 0)) {
+    } else if (exceeded == Exceeded::time) {
       result.failure = Failure::over_time;
       result.reason = "took longer than limits.time = " + rounded_text(*plan_.limits.time) + " s";
     } else if (result.signal != 0) {

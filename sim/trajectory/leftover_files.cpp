@@ -1,5 +1,7 @@
 #include "sim/trajectory/leftover_files.h"
 
+#include <unistd.h>
+
 #include <cerrno>
 #include <charconv>
 #include <csignal>
@@ -10,6 +12,10 @@
 #include "sim/trajectory/file_lock.h"
 
 namespace weft::sim {
+
+std::string temporary_path(const std::string& path) {
+  return path + "." + std::to_string(getpid()) + ".tmp";
+}
 
 std::string file_of_leftover(std::string_view name) {
   constexpr std::string_view end = ".tmp";

@@ -1,10 +1,13 @@
-// Temporary files that killed writers have left. Private to sim/.
+// Temporary files of writers, and those that killed writers have left. Private to sim/.
 #pragma once
 
 #include <string>
 #include <string_view>
 
 namespace weft::sim {
+
+// Returns the path under which this process writes the file `path` before it has all of it.
+std::string temporary_path(const std::string& path);
 
 // Returns the name of the file that a writer would have made of the temporary file `name`:
 // FILE.PROCESS.tmp, with the number of a process that does not live on this machine. Returns an

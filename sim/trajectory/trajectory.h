@@ -147,6 +147,9 @@ class TrajectoryWriter {
   // Throws FileError if an existing file or the name of the file would make the constructor throw.
   // Call it before long work.
   static void refuse_existing(const std::string& path, bool force);
+  // Throws FileError if the path of the sidecar is that of a file which no version of Weft wrote.
+  // A run that goes on calls it, because it replaces the sidecar without `force`.
+  static void refuse_foreign_sidecar(const std::string& path);
   TrajectoryWriter(const TrajectoryWriter&) = delete;
   TrajectoryWriter& operator=(const TrajectoryWriter&) = delete;
 

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "sim/base/file_status.h"
 #include "sim/base/hdf5_handle.h"
 #include "sim/trajectory/commit_driver.h"
 #include "sim/trajectory/creation_properties.h"
@@ -149,18 +150,25 @@ void TrajectoryWriter::refuse_existing(const std::string& path, bool force) {
   const std::string sidecar = sidecar_of(path);
   if (sidecar == path) throw FileError(path + ": a trajectory cannot be named .xdmf");
   for (const std::string& name : {path, sidecar}) {
-    std::error_code error;
-    const auto status = std::filesystem::symlink_status(name, error);
+    const auto status = link_status_of(name);
     if (std::filesystem::is_directory(status)) throw FileError(name + ": is a directory");
     if (!force && std::filesystem::exists(status)) {
       throw FileError(name + ": exists already, and is only overwritten by force (--force)");
     }
   }
+  refuse_long_name(temporary_path(sidecar));  // the longest name that the writer needs
   if (is_locked(path)) refuse_running(path);
 }
 
+void TrajectoryWriter::refuse_foreign_sidecar(const std::string& path) {
+  const std::string sidecar = sidecar_of(path);
+  if (!std::filesystem::exists(link_status_of(sidecar)) || is_own_sidecar(sidecar)) return;
+  throw FileError(sidecar +
+                  ": was not written by Weft, and is only overwritten by force (--force)");
+}
+
 void TrajectoryWriter::Implementation::create_file() {
-  temporary = access.path() + "." + std::to_string(getpid()) + ".tmp";
+  temporary = temporary_path(access.path());
   unlink(temporary.c_str());  // left by a dead process with this id, if any
   remove_leftovers(access.path());
   const Handle creation(H5Pcreate(H5P_FILE_CREATE));

@@ -7,14 +7,19 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 
 #include "sim/case/case_text.h"
+#include "sim/trajectory/leftover_files.h"
 #include "sim/trajectory/trajectory.h"
 
 namespace weft::sim {
 namespace {
 
+// The element by which is_own_sidecar() knows the sidecars of all versions of Weft.
+const std::string opening_tag =
+    "<Grid Name=\"trajectory\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
 const std::string closing_tags = "  </Grid>\n </Domain>\n</Xdmf>\n";
 
 std::string escape(const std::string& text) {
@@ -55,6 +60,17 @@ std::string no_sidecar_notice(const std::string& trajectory) {
          ", which is not UTF-8 or has control characters";
 }
 
+bool is_own_sidecar(const std::string& path) {
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(path, unknown)) return false;
+  std::string begin(512, '\0');
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return false;
+  file.read(begin.data(), std::ssize(begin));
+  begin.resize(static_cast<std::size_t>(file.gcount()));
+  return begin.empty() || begin.find(opening_tag) != std::string::npos;
+}
+
 XdmfFile::~XdmfFile() {
   if (descriptor_ >= 0) close(descriptor_);
 }
@@ -68,13 +84,13 @@ void XdmfFile::begin(const std::string& trajectory, const std::vector<XdmfSurfac
 void XdmfFile::create(const std::string& path) {
   if (!has_name_) return;
   path_ = path;
-  const std::string temporary = path + "." + std::to_string(getpid()) + ".tmp";
+  const std::string temporary = temporary_path(path);
   descriptor_ = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor_ < 0) fail(path);
   const std::string head =
       "<?xml version=\"1.0\"?>\n"
-      "<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n <Domain>\n"
-      "  <Grid Name=\"trajectory\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+      "<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n <Domain>\n  " +
+      opening_tag;
   end_ = static_cast<long>(head.size());
   if (!write_at(0, head + closing_tags) || std::rename(temporary.c_str(), path.c_str()) != 0) {
     const int error = errno;

@@ -11,6 +11,10 @@ namespace weft::sim {
 // are not UTF-8, or control characters. Returns an empty string for other names.
 std::string no_sidecar_notice(const std::string& trajectory);
 
+// True if a version of Weft wrote the file at `path`, by how it begins, or if the file is empty, as
+// the death of the machine may leave it.
+bool is_own_sidecar(const std::string& path);
+
 // An attribute of a surface: numbers or vectors at its points.
 struct XdmfAttribute {
   std::string name;

@@ -13,6 +13,8 @@
 #include <fstream>
 #include <vector>
 
+#include "sim/base/file_status.h"
+
 extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX declares no environ
 
 namespace weft::sim {
@@ -157,7 +159,7 @@ MovieResult write_movie(const std::string& directory, const std::vector<std::str
     reason = run_ffmpeg(directory, ffmpeg_arguments(frames_per_second, unfinished));
     if (reason.empty()) std::filesystem::rename(folder / unfinished, folder / movie_name);
   } catch (const std::filesystem::filesystem_error& error) {
-    reason = std::string("no movie: ") + error.what();
+    reason = "no movie: " + fault_text(error);
   }
   if (reason.empty()) return {true, ""};
   std::error_code ignored;

@@ -99,6 +99,16 @@ Scale scale_of(const Plot& plot, const PlotAxis& axis, std::vector<double> PlotS
   return {axis.logarithmic, low, high, begin, end};
 }
 
+// Returns the text with which all charts begin, and by which is_own_svg() knows them.
+std::string beginning_of_charts() {
+  std::ostringstream out;
+  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << width << "\" height=\"" << height
+      << "\" viewBox=\"0 0 " << width << ' ' << height
+      << "\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"#222222\">\n"
+      << "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n";
+  return out.str();
+}
+
 void draw_line(std::ostream& out, double x1, double y1, double x2, double y2, const char* style) {
   out << "<line x1=\"" << text_of(x1) << "\" y1=\"" << text_of(y1) << "\" x2=\"" << text_of(x2)
       << "\" y2=\"" << text_of(y2) << "\" " << style << "/>\n";
@@ -179,10 +189,7 @@ std::string svg_of(const Plot& plot) {
   const Scale x = scale_of(plot, plot.x, &PlotSeries::x, left, width - right);
   const Scale y = scale_of(plot, plot.y, &PlotSeries::y, height - bottom, top);
   std::ostringstream out;
-  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << width << "\" height=\"" << height
-      << "\" viewBox=\"0 0 " << width << ' ' << height
-      << "\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"#222222\">\n"
-      << "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n";
+  out << beginning_of_charts();
   draw_frame(out, x, y);
   draw_titles(out, plot);
   double legend_y = top + 10;
@@ -198,6 +205,15 @@ void write_text(const std::string& text, const std::filesystem::path& path) {
   std::ofstream file(path, std::ios::binary);
   file << text;
   if (!file.flush()) throw FileError(path.string() + ": cannot be written");
+}
+
+bool is_own_svg(const std::filesystem::path& path) {
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(path, unknown)) return false;
+  const std::string expected = beginning_of_charts();
+  std::string begin(expected.size(), '\0');
+  std::ifstream(path, std::ios::binary).read(begin.data(), std::ssize(begin));
+  return begin == expected;
 }
 
 void write_svg(const Plot& plot, const std::filesystem::path& path) {

@@ -32,6 +32,9 @@ std::string svg_of(const Plot& plot);
 // Writes the chart to an SVG file. Throws FileError if the file cannot be written.
 void write_svg(const Plot& plot, const std::filesystem::path& path);
 
+// True if the file at `path` is a chart that write_svg() made, by how it begins.
+bool is_own_svg(const std::filesystem::path& path);
+
 // Returns the text with '&' and '<' escaped for SVG.
 std::string escaped(const std::string& text);
 

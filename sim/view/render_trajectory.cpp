@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gpu/renderer.h"
+#include "sim/base/file_status.h"
 #include "sim/base/output_folder.h"
 #include "sim/case/case_error.h"
 #include "sim/case/case_tree.h"
@@ -157,11 +158,19 @@ std::optional<int> frame_of_name(const std::string& name) {
   return frame;
 }
 
+bool is_same_file(const std::string& path, const std::string& other) {
+  std::error_code unknown;
+  return std::filesystem::equivalent(path, other, unknown);
+}
+
 // Removes the pictures of earlier renderings except those of `frames`, and the unfinished pictures
-// and movies that killed renderings left. Pictures that no rendering made stay.
-void remove_older_pictures(const std::string& directory, const std::vector<int>& frames) {
+// and movies that killed renderings left. Pictures that no rendering made stay, and the trajectory
+// by whatever name.
+void remove_older_pictures(const std::string& trajectory, const std::string& directory,
+                           const std::vector<int>& frames) {
   std::vector<std::filesystem::path> older;
   for (const auto& entry : std::filesystem::directory_iterator(directory)) {
+    if (is_same_file(entry.path().string(), trajectory)) continue;
     const std::string name = entry.path().filename().string();
     const std::string finished = file_of_leftover(name);
     if (finished == movie_name || frame_of_name(finished)) older.push_back(entry.path());
@@ -174,7 +183,7 @@ void remove_older_pictures(const std::string& directory, const std::vector<int>&
 }
 
 bool is_in_the_way(const std::string& path, bool is_own) {
-  return !is_own && std::filesystem::exists(std::filesystem::symlink_status(path));
+  return !is_own && std::filesystem::exists(link_status_of(path));
 }
 
 // Throws std::runtime_error if a picture of `frames` or the movie would overwrite a file that no
@@ -191,6 +200,18 @@ void refuse_foreign_files(const std::string& directory, const std::string& movie
     if (is_in_the_way(path, gpu::is_own_png(path))) refuse(path);
   }
   if (is_in_the_way(movie, is_own_movie(movie))) refuse(movie);
+}
+
+// Throws RenderUsageError if a picture of `frames` or the movie would replace the trajectory.
+void refuse_to_replace(const std::string& trajectory, const std::string& directory,
+                       const std::string& movie, const std::vector<int>& frames) {
+  const bool is_replaced =
+      is_same_file(movie, trajectory) || std::ranges::any_of(frames, [&](int frame) {
+        return is_same_file(picture_path(directory, frame), trajectory);
+      });
+  if (!is_replaced) return;
+  throw RenderUsageError(
+      "has the name of a picture or the movie, which would replace it; name another folder (-o)");
 }
 
 // Returns time.scale of the resolved case, or 1 if the case cannot be read. Nothing else of the
@@ -239,6 +260,7 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
     throw std::runtime_error("'" + trajectory + "' has no complete frame to draw");
   }
   const std::filesystem::path movie_path = std::filesystem::path(directory) / movie_name;
+  refuse_to_replace(trajectory, directory, movie_path.string(), frames);
   if (!options.force) {
     refuse_foreign_files(directory, movie_path.string(), frames);
   }
@@ -292,7 +314,7 @@ RenderReport render_trajectory(const std::string& trajectory, const std::string&
     ++report.pictures;
     if (options.progress) options.progress(report.pictures, static_cast<int>(frames.size()));
   }
-  remove_older_pictures(directory, frames);
+  remove_older_pictures(trajectory, directory, frames);
   // An older movie would not match these pictures, so it is removed. A movie that no rendering made
   // stays until a complete one replaces it.
   if (is_own_movie(movie_path.string())) std::filesystem::remove(movie_path);

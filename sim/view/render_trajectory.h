@@ -73,7 +73,8 @@ struct RenderReport {
 // have the same colour scale and a legend in a strip at their right.
 //
 // Throws FileError for an unreadable trajectory. Throws RenderUsageError, before anything is
-// written, if no body has the colour field or the pictures are too small for a legend. Throws
+// written, if no body has the colour field, if the pictures are too small for a legend, or if a
+// picture or the movie would replace the trajectory, also with `force`. Throws
 // std::runtime_error for a trajectory without frames or with positions that are not finite. Also
 // throws it if a file must not be replaced or cannot be written, or if Weft was built without gpu/.
 // A missing movie is not an error: the report has the reason, and the pictures stay. Cost: tens of

@@ -11,6 +11,7 @@
 #include "gpu/renderer.h"
 #include "gpu/triangle_batch.h"
 #include "sim/base/file_error.h"
+#include "sim/base/file_status.h"
 #include "sim/base/output_folder.h"
 #include "sim/view/rendered_spheres.h"
 
@@ -246,7 +247,7 @@ gpu::Picture beside(const gpu::Picture& left, const gpu::Picture& right) {
 
 int draw_start(const Scene& scene, std::span<const Crossing> crossings, const std::string& path,
                bool force) {
-  const bool exists = std::filesystem::exists(std::filesystem::symlink_status(path));
+  const bool exists = std::filesystem::exists(link_status_of(path));
   if (exists && !force && !gpu::is_own_png(path)) {
     throw FileError(path + ": was not made by weft, and is only overwritten by force (--force)");
   }

@@ -10,6 +10,7 @@
 #include "sim/case/case_reader.h"
 #include "sim/case/memory_estimate.h"
 #include "sim/command/run_command.h"
+#include "sim/run/run_checkpoint.h"
 #include "sim/scene/texel_file.h"
 #include "sim/trajectory/trajectory.h"
 #include "tests/sim/weft_process.h"
@@ -105,7 +106,7 @@ shape = { type = "rectangle", size = [1, 1], resolution = [2, 2] }
 )");
   expect_case_refused(
       {"large.toml"},
-      "large.toml:5:59: the scene needs about 233 GiB of memory, more than the limit "
+      "large.toml:5:59: the scene needs about 270 GiB of memory, more than the limit "
       "of 15.6 GiB\n"
       "  expected fewer vertices, or a larger compute.memory_limit\n");
 }
@@ -271,7 +272,7 @@ shape = { type = "file", path = "trajectory.h5", dataset = "body/sheet/triangles
                                 "limit of 0.04768 MiB");
   }
   expect_case_refused(shape("20"),
-                      "file.toml:4:9: the scene needs about 25.77 MiB of memory, more "
+                      "file.toml:4:9: the scene needs about 27.33 MiB of memory, more "
                       "than the limit of 20 MiB\n");
 }
 
@@ -375,6 +376,81 @@ TEST_F(CommandBadInput, RefusesPipesInAllPlacesOfFiles) {
   std::filesystem::rename(path("pipe"), path("made/sheet.checkpoint"));
   expect_refused({"run", "sheet.toml", "--resume", "-o", "made"}, exit_code::input_output,
                  "made/sheet.checkpoint: is not a regular file\n");
+}
+
+TEST_F(CommandBadInput, RefusesOutputPathsThatCannotBeAccessed) {
+  write("sheet.toml", sheet_case);
+  std::filesystem::create_symlink("b", path("a"));
+  std::filesystem::create_symlink("a", path("b"));
+  const std::string loop = "a/sheet.h5: cannot be accessed: Too many levels of symbolic links";
+  for (const WeftProcess::Arguments& more :
+       {WeftProcess::Arguments{}, {"--force"}, {"--resume"}, {"--extend", "1"}}) {
+    WeftProcess::Arguments arguments{"run", "sheet.toml", "-o", "a"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    expect_refused(arguments, exit_code::input_output, loop + "\n");
+  }
+  const Result json = weft({"run", "sheet.toml", "-o", "a", "--json"}, limit_time);
+  EXPECT_EQ(json.code, exit_code::input_output);
+  EXPECT_EQ(nlohmann::json::parse(json.out).at("reason"), loop);
+  expect_refused({"modes", "sheet.toml", "-o", "a"}, exit_code::input_output,
+                 "a/sheet_modes.h5: cannot be accessed: Too many levels of symbolic links\n");
+  const std::string long_name(300, 'x');
+  expect_refused({"run", "sheet.toml", "-o", long_name}, exit_code::input_output,
+                 long_name + "/sheet.h5: cannot be accessed: File name too long\n");
+  expect_refused(
+      {"check", "sheet.toml", "--fix-initial", long_name, "--set", "contact.enabled=true"},
+      exit_code::input_output, long_name + ": cannot be accessed: File name too long\n");
+  if (can_render)
+    expect_refused({"check", "sheet.toml", "--picture", long_name}, exit_code::input_output,
+                   long_name + ": cannot be accessed: File name too long\n");
+}
+
+// The name of the trajectory is short enough, but not those of all files beside it.
+TEST_F(CommandBadInput, RefusesACaseOfTooLongAName) {
+  const std::string stem(245, 'x');
+  write(stem + ".toml", sheet_case);
+  expect_refused({"run", stem + ".toml"}, exit_code::input_output,
+                 ": cannot create: File name too long\n");
+  // The name of an unfinished checkpoint may be the longest one. No folder is made for it.
+  const auto trajectory = path("new/" + std::string(241, 'x') + ".h5").string();
+  EXPECT_THROW(refuse_foreign_checkpoint(trajectory, false), FileError);
+}
+
+TEST_F(CommandBadInput, SaysWhyAFileCannotBeRead) {
+  std::filesystem::create_symlink("b.h5", path("a.h5"));
+  std::filesystem::create_symlink("a.h5", path("b.h5"));
+  const std::string loop = "a.h5: cannot be accessed: Too many levels of symbolic links\n";
+  expect_refused({"info", "a.h5"}, exit_code::input_output, loop);
+  expect_refused({"outputs", "a.h5"}, exit_code::input_output, loop);
+  if (!can_render) return;
+  expect_refused({"render", "a.h5"}, exit_code::input_output, loop);
+  write_trajectory();
+  expect_refused({"render", "trajectory.h5", "-o", "a.h5"}, exit_code::input_output,
+                 "a.h5/frame_00000.png: cannot be accessed: Too many levels of symbolic links\n");
+}
+
+// Root may do everything, so the commands run as another user.
+TEST_F(CommandBadInput, SaysWhatIsNotPermitted) {
+  const auto become_nobody = [] {
+    limit_time();
+    constexpr uid_t nobody = 65534;
+    if (geteuid() == 0 && (setgid(nobody) != 0 || setuid(nobody) != 0)) _exit(126);
+  };
+  write("sheet.toml", sheet_case);
+  std::filesystem::permissions(folder(), std::filesystem::perms(0755));
+  if (weft({"--version"}, become_nobody).code != exit_code::done)
+    GTEST_SKIP() << "the command is in a folder that is closed to other users";
+  write_trajectory();
+  std::filesystem::permissions(path("trajectory.h5"), std::filesystem::perms::none);
+  std::filesystem::create_directory(path("closed"));
+  std::filesystem::permissions(path("closed"), std::filesystem::perms::none);
+  const Result info = weft({"info", "trajectory.h5"}, become_nobody);
+  EXPECT_EQ(info.code, exit_code::input_output);
+  EXPECT_EQ(info.err, "trajectory.h5: cannot be read: Permission denied\n");
+  const Result run = weft({"run", "sheet.toml", "-o", "closed"}, become_nobody);
+  EXPECT_EQ(run.code, exit_code::input_output);
+  EXPECT_EQ(run.err, "closed/sheet.h5: cannot be accessed: Permission denied\n");
+  std::filesystem::permissions(path("closed"), std::filesystem::perms::owner_all);
 }
 
 TEST_F(CommandBadInput, RefusesALongKeyAtOnce) {

@@ -277,6 +277,27 @@ TEST_F(CommandResume, ReplacesNoFileThatIsNoCheckpoint) {
             "folder/test.checkpoint: is not a regular file");
 }
 
+TEST_F(CommandResume, ReplacesNoSidecarThatWeftHasNotWritten) {
+  write("test.toml", contact_case);
+  std::filesystem::create_directory(path("out"));
+  write("out/test.xdmf", "mine");
+  const Arguments brief{"--set", "time.duration=0.01"};
+  for (const Arguments& how : {Arguments{"--resume"}, {"--extend", "0.02"}}) {
+    Arguments more = brief;
+    more.insert(more.end(), how.begin(), how.end());
+    EXPECT_EQ(run("out", exit_code::input_output, more).at("reason"),
+              "out/test.xdmf: was not written by Weft, and is only overwritten by force (--force)");
+    EXPECT_EQ(read_bytes(path("out/test.xdmf")), "mine");
+    EXPECT_FALSE(exists("out/test.h5"));
+  }
+  run("out", exit_code::done, {brief[0], brief[1], "--force"});
+  // A sidecar of Weft may go where its trajectory is gone.
+  std::filesystem::remove(path("out/test.h5"));
+  std::filesystem::remove(path("out/test.checkpoint"));
+  run("out", exit_code::done, {brief[0], brief[1], "--resume"});
+  EXPECT_NE(read_bytes(path("out/test.xdmf")).find("test.h5:/"), std::string::npos);
+}
+
 // HDF5 crashes on some of these files. The run ends with a message, or goes on where the damage is
 // in parts that it does not read.
 TEST_F(CommandResume, SurvivesDamagedTrajectories) {

@@ -86,7 +86,7 @@ const std::vector<Stored> stored{
      0.015,
      {{0.068776769360, 0.067320786974, 0.045262506395},
       {0.008690673706, 0.018042670203, 0.048962982161}},
-     1e-5},
+     3e-5},
 };
 
 std::vector<Vec3> last_and_middle(std::span<const Vec3> positions) {

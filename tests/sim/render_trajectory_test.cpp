@@ -372,6 +372,28 @@ TEST_F(RenderTrajectory, RefusesToOverwriteWhatItDidNotMake) {
   }
 }
 
+TEST_F(RenderTrajectory, NeverReplacesTheTrajectory) {
+  const std::string path = write_trajectory(3);
+  const std::string before = text_of(path);
+  files::create_directory(pictures());
+  RenderOptions options = small_pictures();
+  options.force = true;
+  options.every = 1000;
+  for (const char* name : {"frame_00000.png", "frame_00002.png", "movie.mp4"}) {
+    const files::path there = files::path(pictures()) / name;
+    files::copy_file(path, there);
+    EXPECT_THROW(render_trajectory(there.string(), pictures(), options), RenderUsageError) << name;
+    EXPECT_EQ(text_of(there), before) << name;
+    files::remove(there);
+    EXPECT_EQ(picture_count(), 0) << name;
+  }
+  // It has the name of what a killed rendering leaves.
+  const files::path there = files::path(pictures()) / "frame_00001.png.2147483647.tmp";
+  files::copy_file(path, there);
+  EXPECT_EQ(render_trajectory(there.string(), pictures(), options).pictures, 2);
+  EXPECT_EQ(text_of(there), before);
+}
+
 TEST_F(RenderTrajectory, LeavesPicturesOfOthersBehindItsOwn) {
   render_trajectory(write_trajectory(5), pictures(), small_pictures());
   const files::path mine = files::path(pictures()) / "frame_00003.png";

@@ -12,6 +12,7 @@
 
 #include "sim/case/case_text.h"
 #include "sim/sweep/correlation.h"
+#include "sim/view/plot.h"
 #include "tests/temporary_folder.h"
 
 namespace weft::sim::summary_test {
@@ -151,15 +152,17 @@ TEST(Summary, SaysWhichCorrelationsAreMissing) {
 
 TEST(Summary, HasAPlotOfEachOutputByEachFactor) {
   const TemporaryFolder folder;
-  std::filesystem::create_directory(folder.path("plots"));
-  folder.write("plots/earlier-contact.friction.svg", "an output that is no more");
+  Plot earlier;  // of an output that is no more
+  earlier.series.push_back({.name = "runs", .x = {1}, .y = {1}});
+  write_svg(earlier, folder.path("plots/earlier-contact.friction.svg"));
+  folder.write("plots/mine.svg", "not a plot of Weft");
   folder.write("plots/notes.txt", "not a plot");
   write_plots(small_summary(), folder.path());
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(folder.path("plots")))
     names.push_back(entry.path().filename().string());
   std::ranges::sort(names);
-  EXPECT_EQ(names, (std::vector<std::string>{"notes.txt", "tip-contact.friction.svg",
+  EXPECT_EQ(names, (std::vector<std::string>{"mine.svg", "notes.txt", "tip-contact.friction.svg",
                                              "tip-time.method.svg", "tip-time.sleep.svg"}));
   const std::string plot = read_bytes(folder.path("plots/tip-time.method.svg"));
   EXPECT_NE(plot.find("time.method: 1 = cvode, 2 = euler"), std::string::npos) << plot;

@@ -135,6 +135,19 @@ TEST_F(SweepCollect, AnswersNewQuestionsWithoutRunningAgain) {
             std::string::npos);
 }
 
+TEST_F(SweepCollect, RemovesNoPlotsOfOthers) {
+  ASSERT_EQ(weft({"sweep", "sweep.toml", "--quiet"}).code, 0);
+  write("out/sweep/plots/mine.svg", "<svg>mine</svg>");
+  std::filesystem::create_directory(path("out/sweep/plots/folder.svg"));
+  write("new.toml", "case = \"base.toml\"\n[outputs]\nwidth = \"last(size('sheet').x)\"\n");
+  const Result result = weft({"sweep", "collect", "out/sweep", "new.toml"});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(read_bytes(path("out/sweep/plots/mine.svg")), "<svg>mine</svg>");
+  EXPECT_TRUE(exists("out/sweep/plots/folder.svg"));
+  EXPECT_FALSE(exists("out/sweep/plots/stretch-time.duration.svg"));
+  EXPECT_TRUE(exists("out/sweep/plots/width-time.duration.svg"));
+}
+
 TEST_F(SweepCollect, RefusesOutputsBeforeARunBegins) {
   write("sweep.toml", std::string(densities) + "a = \"max(largest_strech)\"\n");
   const Result refused = weft({"sweep", "sweep.toml"});

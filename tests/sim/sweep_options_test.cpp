@@ -156,6 +156,28 @@ TEST_F(SweepOptions, RetriesRunsThatCannotWrite) {
   EXPECT_EQ(results()[0].at("status"), "done");
 }
 
+// A short run ends before the engine has looked at it.
+TEST_F(SweepOptions, LimitsHoldForShortRuns) {
+  const auto run_within = [&](const std::string& limit) {
+    write("sweep.toml",
+          "case = \"base.toml\"\n[factors]\n\"time.duration\" = { list = [0.001] }\n[limits]\n" +
+              limit + "\n");
+    const Result result =
+        weft({"sweep", "sweep.toml", "-o", "out", "--quiet", "--rerun", "failed"});
+    EXPECT_EQ(result.code, exit_code::some_runs_failed) << result.err;
+    EXPECT_EQ(results().size(), 1U);
+    return results().at(0);
+  };
+  const Json large = run_within("memory = 1");
+  EXPECT_EQ(large.at("failure"), "over_memory");
+  EXPECT_NE(large.at("reason").get<std::string>().find("more than limits.memory = 1 MiB"),
+            std::string::npos)
+      << large;
+  const Json slow = run_within("time = 1e-9");
+  EXPECT_EQ(slow.at("failure"), "over_time");
+  EXPECT_EQ(slow.at("reason"), "took longer than limits.time = 1e-09 s");
+}
+
 // Limits are no part of a run's hash: with a longer one it goes on from its checkpoint.
 TEST_F(SweepOptions, GoesOnWithARunThatWasOverItsTime) {
   const auto run_within = [&](const std::string& seconds) {

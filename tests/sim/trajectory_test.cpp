@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <unistd.h>
 #if defined(__SANITIZE_ADDRESS__)
 #include <sanitizer/lsan_interface.h>
 #endif
@@ -320,6 +321,17 @@ TEST_F(Trajectory, SaysWhyAFileCannotBeMade) {
   EXPECT_NE(
       message_of([&] { write(path("folder.h5"), 1, {.force = true}); }).find("is a directory"),
       std::string::npos);
+}
+
+// The sidecar has the longest name while it is made.
+TEST_F(Trajectory, LeavesNothingWhereTheNameOfTheSidecarIsTooLong) {
+  const std::size_t longest = 255, added = (".xdmf." + std::to_string(getpid()) + ".tmp").size();
+  const std::string long_stem(longest - added + 1, 'x'), stem(longest - added, 'x');
+  const std::string message = message_of([&] { write(path(long_stem + ".h5"), 1, {}); });
+  EXPECT_NE(message.find("File name too long"), std::string::npos) << message;
+  EXPECT_EQ(files(), std::vector<std::string>{});
+  write(path(stem + ".h5"), 1, {});
+  EXPECT_EQ(files(), (std::vector<std::string>{stem + ".h5", stem + ".xdmf"}));
 }
 
 // A limit on the size of files simulates a full disk: in both cases write() fails with an error.
