@@ -30,6 +30,10 @@ namespace {
 // after find_swing() has found an alternating error.
 constexpr double newton_tolerance = 0.1, tight_newton_tolerance = 0.03;
 constexpr int tight_steps = 10;
+// `rest_newton_tolerance` applies while the root mean square of the velocities is below
+// `speed_near_rest` times their absolute tolerance. The errors that Newton's iteration may leave in
+// a step are then no longer small beside the motion, and feed it (docs/decisions/0103).
+constexpr double rest_newton_tolerance = 0.01, speed_near_rest = 10;
 // An error alternates if the cosine of the angle between the errors of two successive steps is
 // below this value, and the step does not grow.
 constexpr double swing_cosine = -0.95;
@@ -81,6 +85,7 @@ struct CvodeIntegrator::Implementation {
   std::optional<Failure> follow_motions();
   void begin_anew();
   void begin_without_history();
+  bool is_near_rest() const;
   void set_newton_tolerance();
   IntegratorCounts counts() const;
   long convergence_failures() const { return count(CVodeGetNumNonlinSolvConvFails) + unsettled; }
@@ -156,7 +161,7 @@ void CvodeIntegrator::Implementation::set_options() {
   CVodeSetInitStep(cvode, first_step(dynamics, 0, accepted.state()));
   newton_iteration = SUNNonlinSol_Newton(y, context);
   CVodeSetNonlinearSolver(cvode, newton_iteration);
-  CVodeSetNonlinConvCoef(cvode, newton_tolerance);
+  set_newton_tolerance();
   newton_solver = make_newton_solver(dynamics,
                                      {.gamma =
                                           [this] {
@@ -259,8 +264,19 @@ void CvodeIntegrator::Implementation::find_swing() {
   set_newton_tolerance();
 }
 
+// True if the root mean square of the accepted velocities is below `speed_near_rest`.
+bool CvodeIntegrator::Implementation::is_near_rest() const {
+  const auto velocities = accepted.state().subspan(accepted.state().size() / 2);
+  double sum = 0;
+  for (const double velocity : velocities) sum += velocity * velocity;
+  const double limit = speed_near_rest * velocity_tolerance(scene.source.time);
+  return sum < limit * limit * static_cast<double>(velocities.size());
+}
+
 void CvodeIntegrator::Implementation::set_newton_tolerance() {
-  CVodeSetNonlinConvCoef(cvode, tight_steps_left > 0 ? tight_newton_tolerance : newton_tolerance);
+  double tolerance = tight_steps_left > 0 ? tight_newton_tolerance : newton_tolerance;
+  if (is_near_rest()) tolerance = rest_newton_tolerance;
+  CVodeSetNonlinConvCoef(cvode, tolerance);
 }
 
 // Tells CVODE the latest end of its next step. Restarts CVODE if a prescribed velocity or a curve
@@ -303,6 +319,7 @@ void CvodeIntegrator::Implementation::begin_without_history() {
   begin_anew();
   CVodeSetInitStep(cvode, first_step(dynamics, time, accepted.state()));
   N_VConst(0, step_error);
+  set_newton_tolerance();
 }
 
 int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
@@ -448,7 +465,6 @@ void CvodeIntegrator::transfer(StateArchive& archive) {
   self.begin_without_history();
   self.earlier = so_far;
   CVodeSetLSetupFrequency(self.cvode, self.matrix_interval);
-  self.set_newton_tolerance();
 }
 
 IntegratorCounts CvodeIntegrator::counts() const { return implementation_->counts(); }
