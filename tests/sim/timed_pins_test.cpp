@@ -247,7 +247,8 @@ shape = { type = "sphere", radius = 0.1, resolution = [9] }
   }
 }
 
-// Both sheets rest from the start. One falls asleep, the other waits for its pin.
+// Both sheets rest from the start. One falls asleep, the other waits for its pin. Steps are short
+// enough for bodies to fall asleep between them.
 TEST(TimedPins, KeepABodyAwake) {
   const std::string other = R"([[body]]
 name = "other"
@@ -256,11 +257,11 @@ shape = { type = "rectangle", size = [1, 1], resolution = [5, 5] }
 [[body.pin]]
 rows = [1, -1]
 )";
-  Simulation simulation =
-      simulation_of(carried_sheet + other,
-                    {"time.duration=3", "body.sheet.pin.0.release_time=2.5",
-                     "world.gravity=[0, -1, 0]", "material.cloth.mass_damping=20",
-                     "time.position_tolerance=1e-5", "body.sheet.pin.0.motion.velocity=[0, 0, 0]"});
+  Simulation simulation = simulation_of(
+      carried_sheet + other,
+      {"time.duration=3", "body.sheet.pin.0.release_time=2.5", "world.gravity=[0, -1, 0]",
+       "material.cloth.mass_damping=20", "time.position_tolerance=1e-5", "time.maximum_step=0.2",
+       "body.sheet.pin.0.motion.velocity=[0, 0, 0]"});
   advance_to(simulation, 2.4);
   EXPECT_EQ(simulation.summary_of(simulation.time(), simulation.state()).sleeping_bodies, 1);
   const std::vector<Vec3> start = simulation.position("sheet");
