@@ -398,18 +398,25 @@ Mat3 Contact::definite_block(const ContactPair& pair, double gamma) const {
   return block + sliding_factor(sliding, gamma) * sliding.slope;
 }
 
-double Contact::largest_relative_gap_change(std::span<const Vec3> from,
-                                            std::span<const Vec3> to) const {
+double Contact::largest_relative_gap_change(std::span<const Vec3> start, std::span<const Vec3> from,
+                                            std::span<const Vec3> to, double closing_factor) const {
   double largest = 0;
   with_map([&](const auto& map) {
-    for (const ContactPair& pair : surface_.pairs()) {
+    const auto change_of = [&](const ContactPair& pair, std::span<const Vec3> before,
+                               std::span<const Vec3> after) {
       double change = 0;
       for (int i = 0; i < 4; ++i) {
         const int node = pair.nodes[i];
         if (node < scene_.dynamic_points)
-          change += pair.weight[i] * pair.normal.dot(map.apply(node, to) - map.apply(node, from));
+          change +=
+              pair.weight[i] * pair.normal.dot(map.apply(node, after) - map.apply(node, before));
       }
-      largest = std::max(largest, std::abs(change) / pair.gap);
+      return change;
+    };
+    for (const ContactPair& pair : surface_.pairs()) {
+      const bool has_closed = change_of(pair, start, from) < -pair.gap;
+      const double change = std::abs(change_of(pair, from, to)) * (has_closed ? closing_factor : 1);
+      largest = std::max(largest, change / pair.gap);
     }
   });
   return largest;

@@ -137,8 +137,11 @@ class Contact {
   // are no such pairs.
   std::optional<double> smallest_gap() const;
   // Returns the largest change of a gap of a pair in reach, as a fraction of the gap at the last
-  // evaluation, if the dynamic particles move from `from` to `to` (m). To first order. O(pairs).
-  double largest_relative_gap_change(std::span<const Vec3> from, std::span<const Vec3> to) const;
+  // evaluation, if the dynamic particles move from `from` to `to` (m). The change of a pair that
+  // has closed by more than its gap since the positions `start` counts `closing_factor` times. To
+  // first order. O(pairs).
+  double largest_relative_gap_change(std::span<const Vec3> start, std::span<const Vec3> from,
+                                     std::span<const Vec3> to, double closing_factor) const;
 
   // Returns a fault unless every pair of features that ContactSearch covers provably stays apart
   // and ends with a positive gap. The proof covers the straight paths start -> end and all paths

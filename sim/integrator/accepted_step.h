@@ -36,9 +36,10 @@ class AcceptedStep {
   // Computes the positions of all particles in the trial state `y` at `time` (s). Does nothing
   // without contact.
   void place_trial(double time, std::span<const double> y);
-  // Returns Dynamics::gap_change_since_evaluation() of the positions of place_trial().
-  double trial_gap_change() const {
-    return dynamics_.gap_change_since_evaluation(trial_positions_);
+  // Returns Dynamics::gap_change_since_evaluation() of the positions of place_trial(), for the step
+  // from positions().
+  double trial_gap_change(double closing_factor) const {
+    return dynamics_.gap_change_since_evaluation(positions_, trial_positions_, closing_factor);
   }
   // Checks the path from positions() to the positions of place_trial() by Dynamics::check_path().
   // Precondition: contact is on.

@@ -50,6 +50,10 @@ constexpr int smooth_iterations = 3;
 // lengthens the gap by less than half. Accepted there, a step would store more energy in the
 // barrier than there was, though its forces do not balance (docs/decisions/0093).
 constexpr double most_gap_change = 0.1;
+// Changes of gaps count this many times where a pair has closed by more than its gap within the
+// step, as in a long step of free fall that ends in a barrier. Its forces are those of an impact,
+// and with the damping of contact, corrections are an even smaller part of the gap.
+constexpr double closing_factor = 5;
 
 // Largest number of times that contact may reject a step. Each rejection makes the step four times
 // shorter. Any sensible time.minimum_step is reached long before.
@@ -326,7 +330,7 @@ int CvodeIntegrator::Implementation::veto(double t, N_Vector state) {
   if (dynamics.contact() != nullptr) {
     accepted.place_trial(t, values(state));
     // check_limits() would forget where the forces were evaluated last.
-    if (accepted.trial_gap_change() > most_gap_change) {
+    if (accepted.trial_gap_change(closing_factor) > most_gap_change) {
       ++unsettled;
       return 1;
     }

@@ -213,9 +213,11 @@ class Dynamics {
                                                       std::span<const Mat3> diagonal, int* added);
 
   // Returns Contact::largest_relative_gap_change() from the last evaluation of the forces to these
-  // positions (m) of all particles at the same time. Precondition: contact is on.
-  double gap_change_since_evaluation(std::span<const Vec3> position) const {
-    return contact_->largest_relative_gap_change(position_, position);
+  // positions (m) of all particles at the same time. `start` has their positions at the start of
+  // the step. Precondition: contact is on.
+  double gap_change_since_evaluation(std::span<const Vec3> start, std::span<const Vec3> position,
+                                     double closing_factor) const {
+    return contact_->largest_relative_gap_change(start, position_, position, closing_factor);
   }
 
   // True if a force has states in which no accepted step may end.

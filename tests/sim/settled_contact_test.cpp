@@ -61,7 +61,8 @@ TEST(SettledContact, StoresNoEnergyInABarrierThatAStepEndsIn) {
 }
 
 // The change to first order is that of the gap itself where a sheet moves as a whole, with points
-// that are particles and with those of a shell.
+// that are particles and with those of a shell. It counts more where the gap has closed by more
+// than is left.
 TEST(SettledContact, MeasuresTheChangeOfTheSmallestGap) {
   const std::string plate =
       "model = \"shell\"\nshell_thickness = 1e-3\nyoungs_modulus = 1e7\nvolume_density = 200";
@@ -76,16 +77,27 @@ TEST(SettledContact, MeasuresTheChangeOfTheSmallestGap) {
     ASSERT_FALSE(dynamics.rate(0, y, rate));
     const double gap = dynamics.contact()->smallest_gap().value();
     std::vector<Vec3> to, velocity;
+    // Positions from which the sheet has fallen by `height` since the start of a step.
+    const auto raised_by = [&](double height) {
+      std::vector<Vec3> raised, at_rest;
+      dynamics.expand(0, y, raised, at_rest);
+      for (int i = 0; i < dynamics.particle_count(); ++i) raised[i].z() += height;
+      return raised;
+    };
     for (const double lowered : {1e-6, -3e-6}) {
       std::vector<double> moved = y;
       auto* x = reinterpret_cast<Vec3*>(moved.data());
       for (int i = 0; i < dynamics.particle_count(); ++i) x[i].z() -= lowered;
       dynamics.expand(0, moved, to, velocity);
       ASSERT_FALSE(dynamics.rate(0, y, rate));
-      EXPECT_NEAR(dynamics.gap_change_since_evaluation(to), std::abs(lowered) / gap, 1e-9);
+      const double change = std::abs(lowered) / gap;
+      EXPECT_NEAR(dynamics.gap_change_since_evaluation(raised_by(0), to, 5), change, 1e-9);
+      EXPECT_NEAR(dynamics.gap_change_since_evaluation(raised_by(0.9 * gap), to, 5), change, 1e-9);
+      EXPECT_NEAR(dynamics.gap_change_since_evaluation(raised_by(1.1 * gap), to, 5), 5 * change,
+                  1e-9);
       ASSERT_FALSE(dynamics.rate(0, moved, rate));
       EXPECT_NEAR(dynamics.contact()->smallest_gap().value(), gap - lowered, 1e-12);
-      EXPECT_EQ(dynamics.gap_change_since_evaluation(to), 0);
+      EXPECT_EQ(dynamics.gap_change_since_evaluation(raised_by(1.1 * gap), to, 5), 0);
     }
   }
 }
