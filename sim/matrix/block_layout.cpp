@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
-#include <stdexcept>
+#include <new>
 
 #include "sim/matrix/block_matrix.h"
 
@@ -53,7 +53,7 @@ void BlockLayout::find_tiles(const BlockPattern& pattern) {
     tile.first = static_cast<int>(size);
     size += std::int64_t{9} * stride * static_cast<std::int64_t>(tile.diagonals.size());
     if (size + std::int64_t{9} * pattern.upper_count() > std::numeric_limits<int>::max())
-      throw std::length_error("a matrix has more than 2^31 entries");
+      throw std::bad_alloc();
   }
   end_of_tiles_ = static_cast<int>(size);
 }

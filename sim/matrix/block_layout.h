@@ -1,7 +1,6 @@
 // The order in which matrices of 3x3 blocks store their entries, by diagonal.
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "materials/lanes.h"
@@ -26,7 +25,8 @@ class BlockLayout {
   // Distance between the entries of a block in a tile with diagonals.
   static constexpr int stride = rows_per_tile + 2 * margin;
 
-  // O(blocks). Throws std::length_error if the entries cannot be numbered by an int.
+  // O(blocks). Throws std::bad_alloc if there are more entries than an int can number: a matrix of
+  // 16 GiB.
   explicit BlockLayout(const BlockPattern& pattern);
 
   // Returns the number of entries, zeros of margins and of missing blocks included.
