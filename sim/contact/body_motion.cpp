@@ -48,8 +48,11 @@ std::span<const Vec3> BodyMotion::of_body(std::span<const Vec3> all, int body) c
   return all.subspan(scene_.bodies[body].first_point, scene_.bodies[body].point_count());
 }
 
-std::optional<int> BodyMotion::follow(const PointPaths& paths, std::span<const double> stray) {
+std::optional<int> BodyMotion::follow(const PointPaths& paths, std::span<const double> stray,
+                                      std::span<const Vec3> velocity) {
   const bool is_first = !paths_;
+  time_before_ = is_first ? paths.end.time() : std::min(paths_->end.time(), paths.end.time());
+  velocity_ = velocity;
   paths_.emplace(paths);
   for (const int b : moving_) {
     bodies_[b].stray = stray.empty() ? 0 : stray[b];
@@ -104,7 +107,13 @@ const RigidObstacle* BodyMotion::posed(int body) const {
 }
 
 BodyPaths BodyMotion::placed_paths(int body) const {
-  return {of_body(paths_->start.position(), body), of_body(paths_->end.position(), body)};
+  BodyPaths paths;
+  paths.start = of_body(paths_->start.position(), body);
+  paths.end = of_body(paths_->end.position(), body);
+  paths.start_time = paths.is_path() ? paths_->start.time() : time_before_;
+  paths.end_time = paths_->end.time();
+  if (!velocity_.empty()) paths.velocity = of_body(velocity_, body);
+  return paths;
 }
 
 BodyPaths BodyMotion::own_paths(int body) const {
@@ -146,6 +155,7 @@ void BodyMotion::measure_placed(int b, bool with_mean) {
     body.moved = placed_.has(b) ? 0 : infinity;
   } else if (obstacle == nullptr) {
     body.pose.reset();
+    if (with_mean && placed_.looks_ahead(b)) placed_.forget(b);
     placed_.measure(b, placed_paths(b));
     body.moved = placed_.displacement(b);
     if (with_mean && placed_.has(b)) find_means(b);
@@ -183,51 +193,27 @@ double BodyMotion::change(int a, int b) const {
 }
 
 void BodyMotion::choose_placed(int b) {
-  const RigidObstacle* obstacle = posed(b);
-  Body& body = bodies_[b];
-  body.chosen.reset();
-  body.chosen_start.reset();
-  if (obstacle != nullptr) {
-    body.chosen = *paths_->end.pose(obstacle->number);
-    if (paths_->is_path()) body.chosen_start = *paths_->start.pose(obstacle->number);
+  if (posed(b) != nullptr) {
+    bodies_[b].chosen = bodies_[b].moved;
   } else {
-    placed_.choose(b, placed_paths(b));
-    find_features(b, placed_, body.placed);
+    placed_.choose(b);
+    find_features(b, placed_, bodies_[b].placed);
   }
 }
 
 void BodyMotion::choose_own(int b) {
-  own_.choose(b, own_paths(b));
+  own_.choose(b);
   find_features(b, own_, bodies_[b].own);
 }
 
-// Returns bounds of the displacements of a body's points since the choice.
-SinceChoice BodyMotion::since_choice(int b) const {
-  if (!scene_.bodies[b].moves) return {0, 0};
-  const RigidObstacle* obstacle = posed(b);
-  if (obstacle == nullptr) return placed_.since_choice(b);
+double BodyMotion::growth(int b) const {
+  if (!scene_.bodies[b].moves) return 0;
+  if (posed(b) == nullptr) return placed_.growth(b);
   const Body& body = bodies_[b];
-  if (!body.chosen) return {};
-  const RigidPose& end = *paths_->end.pose(obstacle->number);
-  const double at_end = displacement(*obstacle, *body.chosen, end).largest();
-  if (!paths_->is_path()) return {at_end, at_end};
-  const RigidPose& start = *paths_->start.pose(obstacle->number);
-  const RigidPose& from = body.chosen_start ? *body.chosen_start : *body.chosen;
-  return {std::max(at_end, displacement(*obstacle, *body.chosen, start).largest()),
-          std::max(at_end, displacement(*obstacle, from, start).largest())};
+  return body.chosen < infinity ? std::max(body.moved - body.chosen, 0.0) : infinity;
 }
 
-double BodyMotion::own_change_since_choice(int b) const {
-  const SinceChoice& own = own_.since_choice(b);
-  return 2 * std::min(own.from_end, own.along_path);
-}
-
-double BodyMotion::change_since_choice(int a, int b) const {
-  const SinceChoice one = since_choice(a), other = since_choice(b);
-  return std::min(one.from_end + other.from_end, one.along_path + other.along_path);
-}
-
-void BodyMotion::renew_placed(int b, double limit, double short_path) {
+void BodyMotion::renew_placed(int b, const RecordRules& rules) {
   Body& body = bodies_[b];
   body.at_start = body.at_end = {};
   if (const RigidObstacle* obstacle = posed(b)) {
@@ -238,14 +224,18 @@ void BodyMotion::renew_placed(int b, double limit, double short_path) {
     placed_.renew_by_place(b, body.start_pose.has_value());
     return;
   }
-  placed_.renew(b, placed_paths(b), limit, short_path);
+  RecordRules with_others = rules;
+  if (body.with_mean || !scene_.bodies[b].moves) with_others.ahead = 0;
+  placed_.renew(b, placed_paths(b), with_others);
   body.moved = placed_.displacement(b);
   if (body.with_mean) find_means(b);
 }
 
-void BodyMotion::renew_own(int body, double limit, double short_path,
-                           std::span<const char> others) {
-  own_.renew(body, own_paths(body), limit, short_path, others);
+void BodyMotion::renew_own(int body, const RecordRules& rules) {
+  BodyPaths now = own_paths(body);
+  for (const Vec3& each : now.velocity) now.velocity_origin += each;
+  now.velocity_origin /= static_cast<double>(std::max<std::size_t>(1, now.velocity.size()));
+  own_.renew(body, now, rules);
 }
 
 void BodyMotion::forget_renewed() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -42,8 +43,10 @@ class BodyMotion {
 
   // Sets the present paths of all points, from which they deviate by at most `stray` (m, by body;
   // empty: zero). If a point of a moving body is not finite or is extremely far away (1e15 m),
-  // returns its index. `paths` must stay valid until the next call.
-  [[nodiscard]] std::optional<int> follow(const PointPaths& paths, std::span<const double> stray);
+  // returns its index. `velocity` contains the velocities of all points, m/s, or is empty; for
+  // paths, it is not used. Both lists must stay valid until the next call.
+  [[nodiscard]] std::optional<int> follow(const PointPaths& paths, std::span<const double> stray,
+                                          std::span<const Vec3> velocity = {});
   // Returns the box around a body's present points or paths, without stray, m.
   const Box& box(int body) const { return bodies_[body].box; }
   double stray(int body) const { return bodies_[body].stray; }
@@ -60,21 +63,20 @@ class BodyMotion {
   double own_change(int body) const { return 2 * own_.displacement(body); }
   double change(int a, int b) const;
 
-  // Remember the present positions of a body's points, or its pose, and bound the displacements of
-  // its features since its records. Precondition: the body moves and has been recorded.
+  // Bound the displacements of a body's features since its records, and remember the bounds.
+  // Precondition: the body moves and has been recorded.
   void choose_placed(int body);
   void choose_own(int body);
-  // Return upper bounds (m) of the change of any distance since the choice, as own_change() and
-  // change() do since the record.
-  double own_change_since_choice(int body) const;
-  double change_since_choice(int a, int b) const;
+  // Return upper bounds (m) of how much the sum of the displacements of any two features since
+  // their records has grown since the choice.
+  double own_growth(int body) const { return 2 * own_.growth(body); }
+  double growth(int a, int b) const { return growth(a) + growth(b); }
 
-  // Record the points of a body that have moved farther than `limit`, and paths longer than
-  // `short_path` (m), as Snapshot::renew() does. A rigid obstacle is recorded as a whole.
-  void renew_placed(int body, double limit, double short_path);
-  // renew_own() also records those of its points, and points of other bodies, that have a mark in
-  // `others`.
-  void renew_own(int body, double limit, double short_path, std::span<const char> others);
+  // Records points of a body, as Snapshot::renew() does. A rigid obstacle is recorded as a whole. A
+  // body with lists of other bodies that move does not look ahead, because all points of a list are
+  // expected at the same part of their paths.
+  void renew_placed(int body, const RecordRules& rules);
+  void renew_own(int body, const RecordRules& rules);
   const Snapshot& placed() const { return placed_; }
   const Snapshot& own() const { return own_; }
   void forget_renewed();
@@ -113,9 +115,8 @@ class BodyMotion {
     // The poses that replace the record of a rigid obstacle in placed_. There is no start_pose
     // without a path.
     std::optional<RigidPose> pose, start_pose;
-    // Poses of a rigid obstacle at both ends of its path, at the last choice. There is no
-    // chosen_start without a path.
-    std::optional<RigidPose> chosen, chosen_start;
+    // m, `moved` of a rigid obstacle at the last choice
+    double chosen = std::numeric_limits<double>::infinity();
     Box box;
     double stray = 0;
     Features placed, own;  // since the records in placed_ and own_
@@ -128,7 +129,7 @@ class BodyMotion {
   BodyPaths placed_paths(int body) const;
   BodyPaths own_paths(int body) const;
   void find_means(int body);
-  SinceChoice since_choice(int body) const;
+  double growth(int body) const;
   static Displacement displacement(std::span<const Vec3> recorded, std::span<const Vec3> now);
   static Displacement displacement(const RigidObstacle& obstacle, const RigidPose& recorded,
                                    const RigidPose& now);
@@ -139,6 +140,8 @@ class BodyMotion {
   std::vector<int> moving_;
   std::vector<Body> bodies_;
   std::optional<PointPaths> paths_;  // of the last follow()
+  std::span<const Vec3> velocity_;   // as given to it
+  double time_before_ = 0;           // s, end of the paths before, if it was no later
   Snapshot placed_, own_;
   PlacedMarks marks_;
 };

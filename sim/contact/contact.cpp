@@ -52,10 +52,11 @@ void Contact::with_map(const Use& use) const {
 PlacedPoints Contact::on_surface(const PlacedParticles& now, Points& points) const {
   const bool has_poses = !now.poses.empty();
   if (scene_.surface_map.is_identity())
-    return has_poses ? PlacedPoints(now.room, now.velocity, now.poses) : PlacedPoints(now.position);
+    return has_poses ? PlacedPoints(now.room, now.velocity, now.poses, now.time)
+                     : PlacedPoints(now.position, now.time);
   map_bodies(!has_poses, now.position, points.position);
-  if (!has_poses) return PlacedPoints(points.position);
-  return {points.position, points.velocity, now.poses};
+  if (!has_poses) return {std::span<const Vec3>(points.position), now.time};
+  return {points.position, points.velocity, now.poses, now.time};
 }
 
 // Computes the points of dynamic bodies and, if `obstacles_too`, of moving obstacles. The first

@@ -19,13 +19,16 @@ namespace weft::sim {
 // unless `velocity` is empty.
 struct PlacedParticles {
   // Takes the positions of all particles, without poses.
-  PlacedParticles(std::span<const Vec3> given) : position(given) {}  // NOLINT: implicit
-  PlacedParticles(std::span<Vec3> given, std::span<Vec3> rates, std::span<const RigidPose> places)
-      : position(given), room(given), velocity(rates), poses(places) {}
+  PlacedParticles(std::span<const Vec3> given, double at = 0)  // NOLINT: implicit
+      : position(given), time(at) {}
+  PlacedParticles(std::span<Vec3> given, std::span<Vec3> rates, std::span<const RigidPose> places,
+                  double at = 0)
+      : position(given), room(given), velocity(rates), poses(places), time(at) {}
 
   std::span<const Vec3> position;
   std::span<Vec3> room, velocity;
   std::span<const RigidPose> poses;
+  double time = 0;  // s, as PlacedPoints::time()
 };
 
 // Upper bounds (m) of the distances of particles from their straight paths. `body` has one bound

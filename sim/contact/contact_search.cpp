@@ -23,6 +23,10 @@ constexpr double room = 0.125;
 // their ends, where the steps that follow begin.
 constexpr double short_path = 0.125;
 
+// Length of the paths on which points are expected, as a part of the slack. With longer paths,
+// lists last longer, but contain more pairs.
+constexpr double path_ahead = 1.5;
+
 // Part of the slack by which points move until candidates are selected anew. With less, they are
 // selected more often; with more, there are more of them.
 constexpr double part_for_candidates = 0.0625;
@@ -167,15 +171,18 @@ void ContactSearch::find_neighbourhoods(int b) {
       largest_room_for_folds * slack_);
 }
 
-std::optional<int> ContactSearch::update(const PlacedPoints& now) { return follow({now, now}, {}); }
+std::optional<int> ContactSearch::update(const PlacedPoints& now, std::span<const Vec3> velocity) {
+  return follow({now, now}, {}, velocity);
+}
 
 std::optional<int> ContactSearch::update_path(const PlacedPoints& start, const PlacedPoints& end,
                                               std::span<const double> stray) {
-  return follow({start, end}, stray);
+  return follow({start, end}, stray, {});
 }
 
-std::optional<int> ContactSearch::follow(const PointPaths& paths, std::span<const double> stray) {
-  if (const auto lost = motion_.follow(paths, stray)) return lost;
+std::optional<int> ContactSearch::follow(const PointPaths& paths, std::span<const double> stray,
+                                         std::span<const Vec3> velocity) {
+  if (const auto lost = motion_.follow(paths, stray, velocity)) return lost;
   find_neighbours();
   refresh();
   return std::nullopt;
@@ -396,12 +403,15 @@ void ContactSearch::renew() {
   building_.clear();
   for (const int b : near_bodies_) {
     const Renewal& renewal = renewals_[b];
+    const auto rules = [&](double limit, std::span<const char> others) {
+      return RecordRules{limit, short_path * slack_, path_ahead * slack_, others};
+    };
     if (std::isfinite(renewal.placed_limit)) {
-      motion_.renew_placed(b, renewal.placed_limit, short_path * slack_);
+      motion_.renew_placed(b, rules(renewal.placed_limit, {}));
       placed_pyramid_[b] = 0;
     }
     if (std::isfinite(renewal.own_limit)) {
-      motion_.renew_own(b, renewal.own_limit, short_path * slack_, folded_);
+      motion_.renew_own(b, rules(renewal.own_limit, folded_));
       own_pyramid_[b] = 0;
     }
   }
@@ -422,9 +432,9 @@ void ContactSearch::clear(std::size_t l) {
   ++changes_;
 }
 
-double ContactSearch::drift_since_choice(const CandidateList& list) const {
-  return stray(list) + (list.is_self() ? motion_.own_change_since_choice(list.body_a)
-                                       : motion_.change_since_choice(list.body_a, list.body_b));
+double ContactSearch::growth_since_choice(const CandidateList& list) const {
+  return stray(list) + (list.is_self() ? motion_.own_growth(list.body_a)
+                                       : motion_.growth(list.body_a, list.body_b));
 }
 
 // The vertices of dynamic bodies are samples.
@@ -435,7 +445,7 @@ double ContactSearch::range_of_vertices(const CandidateList& list, int body) con
 // Returns true if the candidates of a list may be incomplete.
 bool ContactSearch::is_outdated(std::size_t l) const {
   return states_[l].near && !states_[l].pairs.is_empty() &&
-         drift_since_choice(lists_[l]) > candidate_slack_ + states_[l].selected_stray;
+         growth_since_choice(lists_[l]) > candidate_slack_ + states_[l].selected_stray;
 }
 
 // Selects candidates anew where lists have been built or candidates may be incomplete. Lists of two
@@ -456,7 +466,7 @@ void ContactSearch::select_candidates() {
   }
   if (some_placed) select_of_two_bodies();
   for (std::size_t l = 0; l < lists_.size(); ++l)
-    lists_[l].drift = states_[l].pairs.is_empty() ? 0 : drift_since_choice(lists_[l]);
+    lists_[l].drift = states_[l].pairs.is_empty() ? 0 : growth_since_choice(lists_[l]);
 }
 
 void ContactSearch::select_of_two_bodies() {

@@ -74,8 +74,7 @@ struct CandidateList : FeaturePairs {
   int body_a = 0;
   int body_b = 0;
   double thickness = 0;  // mean thickness of both bodies, m
-  // m, upper bound of the change of any distance since that of FeaturePair
-  double drift = 0;
+  double drift = 0;      // m: no distance is below that of FeaturePair by more
   // Neighbourhoods at rest, across seams, of the vertices of body_a in body_b and of those of
   // body_b in body_a. Null for self, and where no seam joins the bodies or their meshes need none.
   const bsi::Neighbourhoods* first_across = nullptr;
@@ -118,6 +117,10 @@ double neighbour_radius(const SceneBody& body, double range);
 // it is out of reach. Candidates stay selected until points have moved by a small part of the
 // slack.
 //
+// A snapshot looks ahead where velocities are known: it contains the paths on which points will go
+// on, and points count as moved only as far as they leave these. Lists then last for several steps
+// of points that move by the slack in each.
+//
 // The pairs within a body come from a snapshot of its own, relative to the mean of its points. A
 // translation of a whole body therefore does not count for them. A common translation of two bodies
 // does not count for pairs between them.
@@ -144,9 +147,12 @@ class ContactSearch {
  public:
   ContactSearch(const Scene& scene, Statistics& statistics, ChosenSearch search);
 
-  // Makes the lists complete at the positions `now` of all surface points, m. If a point of a
-  // moving body is not finite or is extremely far away (1e15 m), returns its index.
-  [[nodiscard]] std::optional<int> update(const PlacedPoints& now);
+  // Makes the lists complete at the positions `now` of all surface points, m. `velocity` (m/s, by
+  // point; empty if unknown) and the times tell where points are likely to go; they change the cost
+  // alone. If a point of a moving body is not finite or is extremely far away (1e15 m), returns its
+  // index.
+  [[nodiscard]] std::optional<int> update(const PlacedPoints& now,
+                                          std::span<const Vec3> velocity = {});
   [[nodiscard]] std::optional<int> update(std::span<const Vec3> position) {
     return update(PlacedPoints(position));
   }
@@ -199,7 +205,8 @@ class ContactSearch {
   void find_neighbourhoods(int body);
   void find_neighbours_across_seams();
   void set_across(CandidateList& list) const;
-  std::optional<int> follow(const PointPaths& paths, std::span<const double> stray);
+  std::optional<int> follow(const PointPaths& paths, std::span<const double> stray,
+                            std::span<const Vec3> velocity);
   void find_neighbours();
   void place_all();
   Box needed_box(int body) const;
@@ -220,7 +227,7 @@ class ContactSearch {
   void ask_for_renewal(std::size_t list);
   void renew();
   void clear(std::size_t list);
-  double drift_since_choice(const CandidateList& list) const;
+  double growth_since_choice(const CandidateList& list) const;
   bool is_outdated(std::size_t list) const;
   void select_candidates();
   void select_of_two_bodies();

@@ -63,18 +63,22 @@ class RigidObstacles {
 };
 
 // Positions of all surface points at one time, m. The points of rigid obstacles may be given by the
-// poses of the obstacles instead. place() then computes single positions when they are needed.
+// poses of the obstacles instead. place() then computes single positions when they are needed. The
+// time (s) helps the contact search to expect motions. A wrong one costs time, and nothing else.
 class PlacedPoints {
  public:
   // Takes the positions of all points, without poses.
-  PlacedPoints(std::span<const Vec3> position) : position_(position) {}  // NOLINT: implicit
+  PlacedPoints(std::span<const Vec3> position, double time = 0)  // NOLINT: implicit
+      : position_(position), time_(time) {}
   // `poses` has one pose per obstacle of RigidObstacles::all(). place() writes positions of points
   // of these obstacles to `position`, and their velocities (m/s) to `velocity` unless it is empty.
-  PlacedPoints(std::span<Vec3> position, std::span<Vec3> velocity, std::span<const RigidPose> poses)
-      : position_(position), room_(position), velocity_(velocity), poses_(poses) {}
+  PlacedPoints(std::span<Vec3> position, std::span<Vec3> velocity, std::span<const RigidPose> poses,
+               double time = 0)
+      : position_(position), room_(position), velocity_(velocity), poses_(poses), time_(time) {}
 
   // Returns the positions. A point of an obstacle with a pose is valid only after place().
   std::span<const Vec3> position() const { return position_; }
+  double time() const { return time_; }
   bool is_same(const PlacedPoints& other) const {
     return position_.data() == other.position_.data();
   }
@@ -95,6 +99,7 @@ class PlacedPoints {
   std::span<const Vec3> position_;
   std::span<Vec3> room_, velocity_;
   std::span<const RigidPose> poses_;
+  double time_ = 0;
 };
 
 // Tells whether a number, such as the index of a point, occurs for the first time since begin().

@@ -40,51 +40,70 @@ Real squared_distance(const Vector<Real>& a, const Vector<Real>& b) {
   return x * x + y * y + z * z;
 }
 
-// Positions (m) to which present paths of the points of a body are compared.
-struct EarlierPaths {
-  std::span<const Vec3> recorded_start, recorded_end, chosen_start, chosen_end;
-};
+// The recorded paths of a body's points, m.
+struct RecordedPaths {
+  std::span<const Vec3> start, end;
+  // The parts of the paths at which the ends of the present paths are expected.
+  double start_part = 0, end_part = 1;
 
-// The largest squared displacements, m^2.
-template <class Real>
-struct Largest {
-  Real square = 0, from_end = 0, along_path = 0;
-
-  // Adds points from `i` on, and returns their squared displacements since they were recorded.
-  Real add(int i, const BodyPaths& now, const EarlierPaths& earlier) {
-    const auto at = [&](std::span<const Vec3> points, const Vec3& origin = Vec3::Zero()) {
-      return points_at<Real>(points, i, origin);
+  // Returns the expected positions of the points from `i` on.
+  template <class Real>
+  Vector<Real> at(int i, double part) const {
+    const Vector<Real> last = points_at<Real>(end, i, Vec3::Zero());
+    if (start.data() == end.data()) return last;
+    const Vector<Real> first = points_at<Real>(start, i, Vec3::Zero());
+    const Real rest = 1 - part, gone = part;
+    return {rest * first[0] + gone * last[0], rest * first[1] + gone * last[1],
+            rest * first[2] + gone * last[2]};
+  }
+  // Returns the squared displacements of the points from `i` on.
+  template <class Real>
+  Real squared_displacement(int i, const BodyPaths& now) const {
+    const auto from_expected = [&](std::span<const Vec3> points, const Vec3& origin, double part) {
+      return squared_distance(points_at<Real>(points, i, origin), at<Real>(i, part));
     };
-    const Vector<Real> end = at(now.end, now.end_origin), chosen = at(earlier.chosen_end);
-    const Real since_end = squared_distance(end, chosen);
-    Real recorded = squared_distance(end, at(earlier.recorded_end));
-    from_end = materials::larger(from_end, since_end);
-    along_path = materials::larger(along_path, since_end);
-    if (now.is_path()) {
-      const Vector<Real> start = at(now.start, now.start_origin);
-      recorded = materials::larger(recorded, squared_distance(start, at(earlier.recorded_start)));
-      from_end = materials::larger(from_end, squared_distance(start, chosen));
-      along_path = materials::larger(along_path, squared_distance(start, at(earlier.chosen_start)));
-    }
-    square = materials::larger(square, recorded);
-    return recorded;
+    const Real at_end = from_expected(now.end, now.end_origin, end_part);
+    if (!now.is_path()) return at_end;
+    return materials::larger(at_end, from_expected(now.start, now.start_origin, start_part));
   }
 };
 
-double largest_lane(Lanes lanes) {
-  double largest = 0;
-  for (int i = 0; i < materials::lane_count; ++i) largest = std::max(largest, lanes.values[i]);
-  return largest;
+// The largest displacement of some points, and the largest growth of a displacement since the last
+// choice, m.
+struct Largest {
+  float displacement = 0, growth = 0;
+  void add(float moved, float chosen) {
+    displacement = std::max(displacement, moved);
+    growth = std::max(growth, moved - chosen);
+  }
+};
+
+// Returns a speed of the points of a body, m/s: the root mean square, but no less than half of the
+// largest speed.
+double typical_speed(const BodyPaths& now) {
+  double sum = 0, largest = 0;
+  for (std::size_t i = 0; i < now.end.size(); ++i) {
+    const double squared = now.rate(i).squaredNorm();
+    sum += squared;
+    largest = std::max(largest, squared);
+  }
+  return std::sqrt(std::max(sum / static_cast<double>(now.end.size()), largest / 4));
 }
 
 }  // namespace
+
+Vec3 BodyPaths::rate(std::size_t i) const {
+  if (is_path() && end_time > start_time)
+    return (end_of(i) - start_of(i)) / (end_time - start_time);
+  return is_path() || velocity.empty() ? Vec3(Vec3::Zero()) : velocity[i] - velocity_origin;
+}
 
 Snapshot::Snapshot(const Scene& scene, int point_count)
     : scene_(scene),
       bodies_(scene.bodies.size()),
       end_(point_count, Vec3::Zero()),
-      chosen_end_(point_count, Vec3::Zero()),
       displacement_(point_count, 0.0F),
+      chosen_(point_count, 0.0F),
       renewed_(point_count, 0) {}
 
 std::span<const Vec3> Snapshot::of_body(std::span<const Vec3> all, int body) const {
@@ -97,72 +116,105 @@ void Snapshot::measure(int body, const BodyPaths& now) {
     state.displacement = std::numeric_limits<double>::infinity();
     return;
   }
-  const std::span<const Vec3> from = start(body), to = end(body);
-  const bool on_paths = now.is_path() && state.chosen_paths;
-  const std::span<const Vec3> chosen = of_body(chosen_end_, body),
-                              chosen_start = of_body(on_paths ? chosen_start_ : chosen_end_, body);
-  float* displacement = displacement_.data() + scene_.bodies[body].first_point;
-  const EarlierPaths earlier{from, to, chosen_start, chosen};
-  const auto measure_part = [&](int first, int last, Largest<double>& part) {
-    Largest<Lanes> lanes;
+  // Without times, the ends of a path belong to those of the recorded one.
+  const double start_part = state.looks_ahead() ? state.part_at(now.start_time) : 0;
+  const RecordedPaths recorded{start(body), end(body), start_part, state.part_at(now.end_time)};
+  float* const displacement = displacement_.data() + scene_.bodies[body].first_point;
+  const float* const chosen = chosen_.data() + scene_.bodies[body].first_point;
+  const auto measure_part = [&](int first, int last, Largest& part) {
+    part = {};
     int i = first;
     for (; i + materials::lane_count <= last; i += materials::lane_count) {
-      const Lanes square = lanes.add(i, now, earlier);
+      const Lanes square = recorded.squared_displacement<Lanes>(i, now);
       for (int k = 0; k < materials::lane_count; ++k)
-        displacement[i + k] = root_above(square.values[k]);
+        part.add(displacement[i + k] = root_above(square.values[k]), chosen[i + k]);
     }
-    for (; i < last; ++i) displacement[i] = root_above(part.add(i, now, earlier));
-    part.square = std::max(part.square, largest_lane(lanes.square));
-    part.from_end = std::max(part.from_end, largest_lane(lanes.from_end));
-    part.along_path = std::max(part.along_path, largest_lane(lanes.along_path));
+    for (; i < last; ++i)
+      part.add(displacement[i] = root_above(recorded.squared_displacement<double>(i, now)),
+               chosen[i]);
   };
-  Largest<double> largest;
-  const int count = static_cast<int>(to.size());
-  for (const auto& part : parallel_parts<Largest<double>>(count, scene_.threads, measure_part)) {
-    largest.square = std::max(largest.square, part.square);
-    largest.from_end = std::max(largest.from_end, part.from_end);
-    largest.along_path = std::max(largest.along_path, part.along_path);
+  Largest largest;
+  const int count = static_cast<int>(now.end.size());
+  for (const Largest& part : parallel_parts<Largest>(count, scene_.threads, measure_part)) {
+    largest.displacement = std::max(largest.displacement, part.displacement);
+    largest.growth = std::max(largest.growth, part.growth);
   }
-  state.displacement = root_above(largest.square);
-  if (state.chosen)
-    state.since_choice = {root_above(largest.from_end), root_above(largest.along_path)};
+  state.displacement = largest.displacement;
+  // The factor covers the rounding of differences.
+  if (state.growth < std::numeric_limits<double>::infinity())
+    state.growth = largest.growth * (1 + 1e-6);
 }
 
-void Snapshot::choose(int body, const BodyPaths& now) {
-  const int first = scene_.bodies[body].first_point;
-  const bool has_paths = now.is_path();
-  if (has_paths && chosen_start_.empty()) chosen_start_ = chosen_end_;
-  for (std::size_t i = 0; i < now.end.size(); ++i) {
-    chosen_end_[first + i] = now.end[i] - now.end_origin;
-    if (has_paths) chosen_start_[first + i] = now.start[i] - now.start_origin;
-  }
-  bodies_[body].chosen = true;
-  bodies_[body].chosen_paths = has_paths;
-  measure(body, now);
+void Snapshot::choose(int body) {
+  const SceneBody& of = scene_.bodies[body];
+  std::copy_n(displacement_.begin() + of.first_point, of.point_count(),
+              chosen_.begin() + of.first_point);
+  bodies_[body].growth = 0;
 }
 
-void Snapshot::renew(int body, const BodyPaths& now, double limit, double short_path,
-                     std::span<const char> others) {
+void Snapshot::renew(int body, const BodyPaths& now, const RecordRules& rules) {
+  const double speed = rules.ahead > 0 ? typical_speed(now) : 0;
+  if (speed > 0 && std::isfinite(speed)) return look_ahead(body, now, rules, speed);
   Body& state = bodies_[body];
   double longest = 0;
   if (now.is_path()) {
-    for (std::size_t i = 0; i < now.end.size(); ++i) {
-      const Vec3 path = now.end[i] - now.end_origin - (now.start[i] - now.start_origin);
-      longest = std::max(longest, path.squaredNorm());
-    }
+    for (std::size_t i = 0; i < now.end.size(); ++i)
+      longest = std::max(longest, (now.end_of(i) - now.start_of(i)).squaredNorm());
   }
-  const bool with_paths = longest > short_path * short_path;
-  if (!state.recorded || state.has_paths != with_paths) return record_all(body, now, with_paths);
+  const bool with_paths = longest > rules.short_path * rules.short_path;
+  if (!state.recorded || state.looks_ahead() || state.has_paths != with_paths)
+    return record_all(body, now, with_paths);
   const int first = scene_.bodies[body].first_point;
   for (std::size_t i = 0; i < now.end.size(); ++i) {
     const std::size_t point = first + i;
-    const bool is_asked_for = !others.empty() && others[point] != 0;
-    if (!(displacement_[point] > limit) && !is_asked_for) continue;
-    const Vec3 end = now.end[i] - now.end_origin;
-    place(static_cast<int>(point), with_paths ? now.start[i] - now.start_origin : end, end);
+    const bool is_asked_for = !rules.others.empty() && rules.others[point] != 0;
+    if (!(displacement_[point] > rules.limit) && !is_asked_for) continue;
+    place(static_cast<int>(point), with_paths ? now.start_of(i) : now.end_of(i), now.end_of(i));
     renewed_[point] = 1;
   }
   state.renewed = true;
+  measure(body, now);
+}
+
+double Snapshot::Body::part_at(double time) const {
+  return looks_ahead() ? std::clamp((time - from) / (until - from), 0.0, 1.0) : 1;
+}
+
+bool Snapshot::Body::covers(const BodyPaths& now) const {
+  const double first = now.is_path() ? now.start_time : now.end_time;
+  return looks_ahead() && first >= from && now.end_time <= until;
+}
+
+// Records points on the paths that they follow with their present velocities. New paths begin where
+// the recorded ones have been left, or where they are too long for the present speed.
+void Snapshot::look_ahead(int body, const BodyPaths& now, const RecordRules& rules, double speed) {
+  Body& state = bodies_[body];
+  const bool are_new = !state.recorded || !state.covers(now) ||
+                       (state.until - now.end_time) * speed > 1.5 * rules.ahead;
+  if (are_new) {
+    const double time_ahead = rules.ahead / speed, time_back = now.end_time - now.start_time;
+    state.from = now.is_path() || time_back < 0.5 * time_ahead ? now.start_time : now.end_time;
+    state.until = now.end_time + time_ahead;
+    state.has_paths = false;
+  }
+  if (start_.empty()) start_ = end_;
+  const int first = scene_.bodies[body].first_point;
+  for (std::size_t i = 0; i < now.end.size(); ++i) {
+    const std::size_t point = first + i;
+    const Vec3 rate = now.rate(i), end = now.end_of(i);
+    const bool is_still = rate.norm() * (state.until - state.from) <= 0.5 * rules.limit;
+    const bool is_asked_for = !rules.others.empty() && rules.others[point] != 0;
+    const bool is_kept = state.recorded && displacement_[point] <= rules.limit && !is_asked_for &&
+                         (!are_new || (is_still && is_constant(point)));
+    if (!is_kept) {
+      const Vec3 back = rate * (now.end_time - state.from),
+                 ahead = rate * (state.until - now.end_time);
+      place(static_cast<int>(point), is_still ? end : end - back, is_still ? end : end + ahead);
+      renewed_[point] = 1;
+    }
+    state.has_paths |= !is_constant(point);
+  }
+  state.recorded = state.renewed = true;
   measure(body, now);
 }
 
@@ -170,10 +222,11 @@ void Snapshot::record_all(int body, const BodyPaths& now, bool with_paths) {
   renew_by_place(body, with_paths);
   const int first = scene_.bodies[body].first_point;
   for (std::size_t i = 0; i < now.end.size(); ++i) {
-    const Vec3 end = now.end[i] - now.end_origin;
-    place(first + static_cast<int>(i), with_paths ? now.start[i] - now.start_origin : end, end);
+    const Vec3 end = now.end_of(i);
+    place(first + static_cast<int>(i), with_paths ? now.start_of(i) : end, end);
   }
   bodies_[body].recorded = true;
+  bodies_[body].from = bodies_[body].until = 0;
   measure(body, now);
 }
 

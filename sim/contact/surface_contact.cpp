@@ -249,7 +249,7 @@ void SurfaceContact::place_nodes(const PairGroup& group, const PlacedPoints& sta
 std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
                                                      std::span<const Vec3> velocity, int threads) {
   clear();
-  if (const auto bad = search_.update(now))
+  if (const auto bad = search_.update(now, velocity))
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   PhaseTimer timer(statistics_.phases.narrow_phase);
   const std::span<const Vec3> position = measured_at_ = now.position();

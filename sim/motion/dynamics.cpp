@@ -339,11 +339,11 @@ std::optional<ContactFault> Dynamics::check_straight_path(double start_time,
 PlacedParticles Dynamics::placed(double time, std::span<const Vec3> position,
                                  Placing& placing) const {
   const RigidObstacles& obstacles = contact_->obstacles();
-  if (obstacles.all().empty()) return position;
+  if (obstacles.all().empty()) return {position, time};
   if (placing.position.empty()) placing.position.assign(position.begin(), position.end());
   std::copy_n(position.begin(), scene_.dynamic_particles, placing.position.begin());
   obstacles.find_poses(time, is_before_jump(time), placing.poses);
-  return {placing.position, {}, placing.poses};
+  return {placing.position, {}, placing.poses, time};
 }
 
 // Evaluates contact at position_ and velocity_. Precondition: expand() has set both for `time`.
@@ -352,7 +352,7 @@ std::optional<ContactFault> Dynamics::evaluate_contact(double time) {
   for (RigidPose& pose : poses_) {
     if (load_) pose.velocity = pose.angular_velocity = Vec3::Zero();
   }
-  return contact_->evaluate({position_, velocity_, poses_}, velocity_, threads_);
+  return contact_->evaluate({position_, velocity_, poses_, time}, velocity_, threads_);
 }
 
 std::optional<ContactFault> Dynamics::acceleration(double time, std::span<const double> y,
