@@ -1,7 +1,6 @@
 #include "bsi/detail/surface_terms.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace weft::bsi {
 
@@ -85,12 +84,8 @@ SurfaceTerms::SurfaceTerms(const Mesh& mesh, int vertex_count, const Neighbourho
     : mesh_(mesh),
       neighbourhoods_(neighbourhoods == nullptr || neighbourhoods->are_rings() ? nullptr
                                                                                : neighbourhoods),
-      first_triangle_(vertex_count, std::numeric_limits<int>::max()),
       on_border_(vertex_count, 0),
       neighbour_start_(vertex_count + 1, 0) {
-  for (int t = 0; t < static_cast<int>(mesh.triangles.size()); ++t) {
-    for (int v : mesh.triangles[t]) first_triangle_[v] = std::min(first_triangle_[v], t);
-  }
   for (const Edge& edge : mesh.edges) {
     for (int v : edge.vertex) {
       ++neighbour_start_[v + 1];
@@ -108,33 +103,46 @@ SurfaceTerms::SurfaceTerms(const Mesh& mesh, int vertex_count, const Neighbourho
     std::sort(neighbours_.begin() + neighbour_start_[v],
               neighbours_.begin() + neighbour_start_[v + 1]);
   }
+  find_own_features();
 }
 
-bool SurfaceTerms::is_inner_edge(int edge, int own, const Neighbourhoods* near) const {
-  const Edge& e = mesh_.edges[edge];
-  if (own >= 0 && near != nullptr) {
-    return e.triangle[1] >= 0 && !near->contains(own, e.triangle[0]) &&
-           !near->contains(own, e.triangle[1]);
+// Finds the features of each triangle that count for points of other surfaces. An inner vertex
+// belongs to the first of its triangles.
+void SurfaceTerms::find_own_features() {
+  own_features_.assign(mesh_.triangles.size(), 0);
+  std::vector<char> has_triangle(on_border_.size(), 0);
+  for (int t = 0; t < static_cast<int>(mesh_.triangles.size()); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const int edge = mesh_.triangle_edges[t][k], corner = mesh_.triangles[t][k];
+      const auto& [first, second] = mesh_.edges[edge].triangle;
+      if (first == t && second >= 0) own_features_[t] |= 1U << k;
+      if (has_triangle[corner] == 0 && on_border_[corner] == 0) own_features_[t] |= 8U << k;
+      has_triangle[corner] = 1;
+    }
   }
-  return e.triangle[1] >= 0 && (own < 0 || (e.opposite[0] != own && e.opposite[1] != own));
 }
 
-bool SurfaceTerms::is_inner_vertex(int vertex, int own, const Neighbourhoods* near) const {
-  if (own >= 0 && near != nullptr) return on_border_[vertex] == 0 && !near->touches(own, vertex);
-  return on_border_[vertex] == 0 &&
-         (own < 0 || !std::binary_search(neighbours_.begin() + neighbour_start_[vertex],
-                                         neighbours_.begin() + neighbour_start_[vertex + 1], own));
+bool SurfaceTerms::is_beside(const Edge& edge, int own, const Neighbourhoods* near) const {
+  if (near == nullptr) return edge.opposite[0] == own || edge.opposite[1] == own;
+  return near->contains(own, edge.triangle[0]) || near->contains(own, edge.triangle[1]);
+}
+
+bool SurfaceTerms::is_beside(int vertex, int own, const Neighbourhoods* near) const {
+  if (near != nullptr) return near->touches(own, vertex);
+  return std::binary_search(neighbours_.begin() + neighbour_start_[vertex],
+                            neighbours_.begin() + neighbour_start_[vertex + 1], own);
 }
 
 unsigned SurfaceTerms::own_features(int triangle, int own, const Neighbourhoods* across) const {
+  unsigned features = own_features_[triangle];
+  if (own < 0) return features;
   const Neighbourhoods* const near = across != nullptr ? across : neighbourhoods_;
-  unsigned features = 0;
   for (int k = 0; k < 3; ++k) {
-    const int edge = mesh_.triangle_edges[triangle][k], corner = mesh_.triangles[triangle][k];
-    const bool is_first_of_edge = mesh_.edges[edge].triangle[0] == triangle;
-    if (is_first_of_edge && is_inner_edge(edge, own, near)) features |= 1U << k;
-    if (first_triangle_[corner] == triangle && is_inner_vertex(corner, own, near))
-      features |= 8U << k;
+    const Edge& edge = mesh_.edges[mesh_.triangle_edges[triangle][k]];
+    const unsigned of_edge = 1U << k, of_corner = 8U << k;
+    if ((features & of_edge) != 0 && is_beside(edge, own, near)) features &= ~of_edge;
+    if ((features & of_corner) != 0 && is_beside(mesh_.triangles[triangle][k], own, near))
+      features &= ~of_corner;
   }
   return features;
 }

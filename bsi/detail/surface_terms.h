@@ -57,15 +57,18 @@ class SurfaceTerms {
   unsigned own_features(int triangle, int own, const Neighbourhoods* across = nullptr) const;
 
  private:
-  bool is_inner_edge(int edge, int own, const Neighbourhoods* near) const;
-  bool is_inner_vertex(int vertex, int own, const Neighbourhoods* near) const;
+  void find_own_features();
+  // Return true if an inner edge or an inner vertex is at the rim of what is left out around the
+  // vertex `own`.
+  bool is_beside(const Edge& edge, int own, const Neighbourhoods* near) const;
+  bool is_beside(int vertex, int own, const Neighbourhoods* near) const;
 
   const Mesh& mesh_;
   const Neighbourhoods* neighbourhoods_;  // null: only triangles with the vertex itself
-  std::vector<int> first_triangle_;       // first triangle of each vertex
   std::vector<char> on_border_;           // 1 for each vertex on the border, else 0
   // Sorted neighbours of each vertex, in compressed rows.
   std::vector<int> neighbour_start_, neighbours_;
+  std::vector<unsigned> own_features_;  // by triangle: own_features() for points of other meshes
 };
 
 }  // namespace weft::bsi

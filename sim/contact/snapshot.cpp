@@ -180,17 +180,19 @@ double Snapshot::Body::part_at(double time) const {
   return looks_ahead() ? std::clamp((time - from) / (until - from), 0.0, 1.0) : 1;
 }
 
-bool Snapshot::Body::covers(const BodyPaths& now) const {
+// Returns true if the recorded paths serve for the present ones, and are no longer than usual at
+// the present speed (m/s), neither before nor after these.
+bool Snapshot::Body::suit(const BodyPaths& now, double speed, double ahead) const {
   const double first = now.is_path() ? now.start_time : now.end_time;
-  return looks_ahead() && first >= from && now.end_time <= until;
+  if (!recorded || !looks_ahead() || first < from || now.end_time > until) return false;
+  return std::max(first - from, until - now.end_time) * speed <= 1.5 * ahead;
 }
 
 // Records points on the paths that they follow with their present velocities. New paths begin where
 // the recorded ones have been left, or where they are too long for the present speed.
 void Snapshot::look_ahead(int body, const BodyPaths& now, const RecordRules& rules, double speed) {
   Body& state = bodies_[body];
-  const bool are_new = !state.recorded || !state.covers(now) ||
-                       (state.until - now.end_time) * speed > 1.5 * rules.ahead;
+  const bool are_new = !state.suit(now, speed, rules.ahead);
   if (are_new) {
     const double time_ahead = rules.ahead / speed, time_back = now.end_time - now.start_time;
     state.from = now.is_path() || time_back < 0.5 * time_ahead ? now.start_time : now.end_time;

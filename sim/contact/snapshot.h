@@ -33,8 +33,8 @@ struct RecordRules {
   double limit = 0;       // m: points that have moved farther are recorded
   double short_path = 0;  // m: paths no longer than this are recorded at their ends
   // m: the length, as a root mean square, of the paths on which points are expected after the
-  // present ones. No path becomes longer than twice as much, unless its point speeds up. If it is
-  // zero, points are expected to rest.
+  // present ones. No path goes on for more than three times as long. If it is zero, points are
+  // expected to rest.
   double ahead = 0;
   std::span<const char> others = {};  // by point: nonzero if it is recorded anyway; empty: none
 };
@@ -109,7 +109,7 @@ class Snapshot {
     bool looks_ahead() const { return until > from; }
     // Returns the part of the recorded paths that belongs to a time.
     double part_at(double time) const;
-    bool covers(const BodyPaths& now) const;
+    bool suit(const BodyPaths& now, double speed, double ahead) const;
   };
   std::span<const Vec3> of_body(std::span<const Vec3> all, int body) const;
   void record_all(int body, const BodyPaths& now, bool with_paths);

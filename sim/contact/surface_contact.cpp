@@ -518,7 +518,12 @@ void SurfaceContact::use_secants_past_rest(std::span<const Vec3> velocity) {
   for (const ContactPair& pair : pairs_) {
     if (pair.sliding < 0 || iterate_ == 0) continue;
     Sliding& sliding = sliding_[pair.sliding];
-    const auto change_of = [&](int point) { return velocity[point] - last_velocity_[point]; };
+    // An obstacle has the same velocity at all iterates. Its points may have been placed at one of
+    // them only.
+    const auto change_of = [&](int point) -> Vec3 {
+      if (!is_dynamic(point)) return Vec3::Zero();
+      return velocity[point] - last_velocity_[point];
+    };
     Vec3 change = Vec3::Zero();
     for (int i = 0; i < 4; ++i) change += sliding.lever[i] * change_of(pair.nodes[i]);
     for (const SpinArm& spin : sliding.spins) {
@@ -527,7 +532,7 @@ void SurfaceContact::use_secants_past_rest(std::span<const Vec3> velocity) {
     if (has_turned_back(pair.normal, change, sliding)) use_secant(pair.normal, sliding);
   }
   ++iterate_;
-  last_velocity_.assign(velocity.begin(), velocity.end());
+  last_velocity_.assign(velocity.begin(), velocity.begin() + scene_.dynamic_points);
 }
 
 // Returns the value of the mollifier of two edges. Records the forces from its slope. They turn the

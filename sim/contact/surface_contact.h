@@ -308,7 +308,7 @@ class SurfaceContact {
   // Number of evaluations since begin_newton(), which is that of the next iterate. Negative without
   // begin_newton().
   int iterate_ = -1;
-  // Velocities of all points (m/s) at the last iterate. Empty without begin_newton().
+  // Velocities of dynamic points (m/s) at the last iterate. Empty without begin_newton().
   std::vector<Vec3> last_velocity_;
   std::vector<Vec3> rest_;                   // rest positions of all points, m
   std::vector<int> case_index_;              // by body, its number in the case

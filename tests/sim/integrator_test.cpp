@@ -174,6 +174,41 @@ TEST(Integrator, SameBitsHoweverOftenCandidatesAreSought) {
   EXPECT_GT(often.statistics().counters.rebuilds, 2 * seldom.statistics().counters.rebuilds);
 }
 
+// Only those points of a moving obstacle are placed that candidates need, so that velocities of
+// others are out of date when they come into reach.
+TEST(Integrator, SameBitsHoweverOftenCandidatesAreSoughtBesideAMovingObstacle) {
+  const std::string struck = R"(
+[time]
+duration = 0.02
+method = "euler"
+[world]
+gravity = [0, 0, 0]
+[contact]
+friction = 0.2
+friction_speed = 1
+stiffness = 1e7
+[material.cloth]
+density = 0.2
+membrane_stiffness = 500
+bending_stiffness = 1e-5
+stiffness_damping = 1e-3
+[[body]]
+name = "sheet"
+position = [0, 0, 0.13]
+velocity = [0, 0, -8]
+angular_velocity_deg = [400, 200, 300]
+shape = { type = "rectangle", size = [0.4, 0.4], resolution = [11, 11] }
+[[obstacle]]
+name = "bar"
+position = [0.1, 0.12, 0]
+shape = { type = "sphere", radius = 0.1, resolution = [5] }
+motion = { velocity = [0, -6, 0] }
+)";
+  SimulatedCase often(struck, {"contact.search_slack=1e-4"}), seldom(struck);
+  EXPECT_EQ(often.advance_to(0.02), seldom.advance_to(0.02));
+  EXPECT_GT(seldom.statistics().counters.friction_terms, 0);
+}
+
 // The tolerances do not depend on the origin.
 TEST(Integrator, StepsDoNotDependOnWhereTheOriginLies) {
   SimulatedCase here(pinned_sheet), there(pinned_sheet, {"body.sheet.position=[64, -32, 16]"});

@@ -205,6 +205,21 @@ TEST(Snapshot, PathsAreNewWhereTheBodySpeedsUp) {
   EXPECT_NEAR(std::sqrt(sum / static_cast<double>(moving.x.size())), moving.rules.ahead, 1e-9);
 }
 
+// At the end of the recorded paths, the part of a new path that lies in the past would be long.
+TEST(Snapshot, PathsAreNewWhereTheBodySpeedsUpLate) {
+  Moving moving;
+  moving.go_on(0.25);
+  moving.follow(moving.now());
+  moving.go_on(1.5);
+  for (Vec3& v : moving.velocity) v *= 100;
+  moving.x[3].z() += 0.5;
+  moving.follow(moving.now());
+  EXPECT_EQ(moving.renewals, 2);
+  for (std::size_t i = 0; i < moving.x.size(); ++i)
+    EXPECT_LE((moving.snapshot.end()[i] - moving.snapshot.start()[i]).norm(),
+              3 * moving.rules.ahead);
+}
+
 // Beside another body that moves, a body is recorded where it is.
 TEST(Snapshot, BodiesStopLookingAhead) {
   Moving moving;
