@@ -15,6 +15,10 @@ namespace {
 
 using materials::Lanes;
 
+// Bodies look ahead while their steps are no longer than this part of the paths ahead. Paths of
+// longer steps would be left before they have served.
+constexpr double longest_step = 0.5;
+
 // Returns an upper bound of the square root of `square` in float32.
 float root_above(double square) {
   return static_cast<float>(std::sqrt(square)) * (1 + 2 * std::numeric_limits<float>::epsilon());
@@ -154,7 +158,8 @@ void Snapshot::choose(int body) {
 
 void Snapshot::renew(int body, const BodyPaths& now, const RecordRules& rules) {
   const double speed = rules.ahead > 0 ? typical_speed(now) : 0;
-  if (speed > 0 && std::isfinite(speed)) return look_ahead(body, now, rules, speed);
+  const bool is_short = speed * (now.end_time - now.start_time) <= longest_step * rules.ahead;
+  if (speed > 0 && std::isfinite(speed) && is_short) return look_ahead(body, now, rules, speed);
   Body& state = bodies_[body];
   double longest = 0;
   if (now.is_path()) {
@@ -194,9 +199,8 @@ void Snapshot::look_ahead(int body, const BodyPaths& now, const RecordRules& rul
   Body& state = bodies_[body];
   const bool are_new = !state.suit(now, speed, rules.ahead);
   if (are_new) {
-    const double time_ahead = rules.ahead / speed, time_back = now.end_time - now.start_time;
-    state.from = now.is_path() || time_back < 0.5 * time_ahead ? now.start_time : now.end_time;
-    state.until = now.end_time + time_ahead;
+    state.from = now.start_time;
+    state.until = now.end_time + rules.ahead / speed;
     state.has_paths = false;
   }
   if (start_.empty()) start_ = end_;

@@ -81,11 +81,12 @@ class Snapshot {
   double growth(int body) const { return bodies_[body].growth; }
 
   // Records the points of the body that have moved farther than the limit, or are asked for, and
-  // marks them. Without velocities, or if the rules do not look ahead, points are recorded with
-  // their present paths if one of these is longer than `short_path`, at the ends of their paths
-  // otherwise. If that is not so for the points recorded before, all points are recorded. A body
-  // that looks ahead has all its points recorded when the time leaves the recorded paths, except
-  // those that stay where they are. Precondition: measure(body, now).
+  // marks them. Without velocities, where points move far in one step, or if the rules do not look
+  // ahead, points are recorded with their present paths if one of these is longer than
+  // `short_path`, at the ends of their paths otherwise. If that is not so for the points recorded
+  // before, all points are recorded. A body that looks ahead has all its points recorded when the
+  // time leaves the recorded paths, except those that stay where they are. Precondition:
+  // measure(body, now).
   void renew(int body, const BodyPaths& now, const RecordRules& rules);
   bool looks_ahead(int body) const { return bodies_[body].looks_ahead(); }
   // Drops the records of a body.

@@ -220,6 +220,20 @@ TEST(Snapshot, PathsAreNewWhereTheBodySpeedsUpLate) {
               3 * moving.rules.ahead);
 }
 
+// A path ahead would be left before the step after the next one.
+TEST(Snapshot, LongStepsAreRecordedAsTheyAre) {
+  Moving moving;
+  moving.go_on(1.5);
+  BodyPaths step = moving.last_path();
+  step.start_time = moving.time - 1.5;
+  moving.follow(step);
+  EXPECT_FALSE(moving.snapshot.looks_ahead(0));
+  for (std::size_t i = 0; i < moving.x.size(); ++i) {
+    EXPECT_EQ(moving.snapshot.start()[i], moving.before[i]);
+    EXPECT_EQ(moving.snapshot.end()[i], moving.x[i]);
+  }
+}
+
 // Beside another body that moves, a body is recorded where it is.
 TEST(Snapshot, BodiesStopLookingAhead) {
   Moving moving;
