@@ -30,7 +30,7 @@ struct ContactRow {
 // Duration (s) of the drape. Fine images are run over the first half second alone, in which the
 // sheet wraps the ball.
 double drape_duration(const ContactOptions& options, int n) {
-  return options.duration.value_or(n > 65 ? 0.5 : 1.0);
+  return options.duration.value_or(n > 129 ? 0.5 : 1.0);
 }
 
 double wanted_of_drape(int n) { return n == 33 ? 2.5 : n == 65 ? 12 : n == 129 ? 60 : 0; }

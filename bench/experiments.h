@@ -189,10 +189,10 @@ int run_particles(const ParticlesOptions& options);
 struct ContactOptions {
   std::vector<int> sizes{33, 65, 129};
   std::vector<int> threads{1};
-  std::vector<double> stiffnesses;     // of contact, Pa/m; a row of 33 x 33 vertices each
-  std::optional<double> duration;      // s, of every row; default: 1, or 0.5 for more than 65 x 65
-  bool torus = true;                   // also cases/drape_torus.toml
-  int looks = 20;                      // times at which surfaces are checked
+  std::vector<double> stiffnesses;  // of contact, Pa/m; a row of 33 x 33 vertices each
+  std::optional<double> duration;   // s, of every row; default: 1, or 0.5 for more than 129 x 129
+  bool torus = true;                // also cases/drape_torus.toml
+  int looks = 20;                   // times at which surfaces are checked
   std::vector<std::string> overrides;  // of every row
   bool json = false;
   std::filesystem::path plots;  // folder of SVG files; empty: none

@@ -292,7 +292,7 @@ void add_contact(CLI::App& sub, Arguments& arguments) {
       ->delimiter(',')
       ->check(CLI::PositiveNumber);
   sub.add_option("--duration", options.duration,
-                 "Simulated time of every row, s (default: 1, or 0.5 for more than 65 x 65)")
+                 "Simulated time of every row, s (default: 1, or 0.5 for more than 129 x 129)")
       ->check(CLI::PositiveNumber);
   sub.add_flag("!--no-torus", options.torus, "Leave out cases/drape_torus.toml");
   sub.add_option("--looks", options.looks, "Times at which surfaces are checked for crossings")
