@@ -17,7 +17,7 @@ constexpr int most_places_per_block = 2;
 
 void make_unique(std::vector<int>& numbers) {
   std::ranges::sort(numbers);
-  numbers.erase(std::ranges::unique(numbers).begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
 // Reduces the diagonals of the blocks of several rows to different ones in ascending order. Returns

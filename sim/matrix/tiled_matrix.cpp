@@ -111,7 +111,9 @@ void TiledMatrix<Number>::multiply(std::span<const Vec3> in, std::span<Vec3> out
         in_[i][BlockLayout::margin + row] = static_cast<Number>(in[row][i]);
     }
   });
-  const auto& [size, groups, terms] = layout().groups_for(Number());
+  const BlockLayout::Groups& in_groups = layout().groups_for(Number());
+  const std::vector<BlockLayout::Group>& groups = in_groups.groups;
+  const int size = in_groups.size;
   parallel_chunks(static_cast<int>(groups.size()), threads, [&](int first, int last) {
     for (int group = first; group < last; ++group) {
       if (!groups[group].is_empty()) {
