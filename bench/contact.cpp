@@ -120,6 +120,7 @@ nlohmann::ordered_json json_of(const ContactRow& row, const ContactRun& run) {
                               {"pairs_measured_per_evaluation", run.pairs_measured / evaluations},
                               {"pairs_in_contact", run.pairs_in_contact},
                               {"linear_iterations_per_solve", run.iterations_per_solve()},
+                              {"sparse_factorisations", run.factorisations},
                               {"mean_step_s", run.simulated / steps},
                               {"largest_strain", run.largest_strain},
                               {"crossings", run.crossings},
@@ -133,21 +134,23 @@ void print_contact_heading() {
       "CPU s of one process per simulated s. us: per vertex and 1/60 s. Shares of wall time: "
       "search\n"
       "and narrow phase, linear solve. Pairs measured per evaluation of the forces, and pairs in\n"
-      "contact (mean over the steps). Crossings: exact, all looks together.\n\n"
-      "%-22s %6s %9s %8s %7s %7s %7s %7s %8s %8s %8s %7s %7s %6s\n",
+      "contact (mean over the steps). fact: sparse factorisations. Crossings: exact, all looks\n"
+      "together.\n\n"
+      "%-22s %6s %9s %8s %7s %7s %7s %7s %8s %8s %8s %7s %5s %7s %6s\n",
       "scene", "s", "CPU s/s", "to reach", "us", "search", "solve", "steps", "evals", "measured",
-      "contact", "it/sol", "strain", "cross");
+      "contact", "it/sol", "fact", "strain", "cross");
 }
 
 void print_contact_row(const ContactRow& row, const ContactRun& run) {
   char wanted[32] = "-";
   if (row.wanted > 0) std::snprintf(wanted, sizeof wanted, "%.3g", row.wanted);
   std::printf(
-      "%-22s %6.3g %9.3g %8s %7.4g %6.1f%% %6.1f%% %7.0f %8.0f %8.0f %8.0f %7.1f %6.1f%% %6d\n",
+      "%-22s %6.3g %9.3g %8s %7.4g %6.1f%% %6.1f%% %7.0f %8.0f %8.0f %8.0f %7.1f %5.0f %6.1f%% "
+      "%6d\n",
       row.name.c_str(), run.simulated, run.cpu_per_second(), wanted, run.per_vertex(),
       100 * run.detection / run.wall, 100 * run.linear_solve / run.wall, run.steps, run.evaluations,
       run.pairs_measured / std::max(1.0, run.evaluations), run.pairs_in_contact,
-      run.iterations_per_solve(), 100 * run.largest_strain, run.crossings);
+      run.iterations_per_solve(), run.factorisations, 100 * run.largest_strain, run.crossings);
   if (!run.failure.empty()) std::printf("  failed: %s\n", run.failure.c_str());
   std::fflush(stdout);
 }

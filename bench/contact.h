@@ -28,7 +28,7 @@ struct ContactRun {
   double evaluations = 0;       // of the forces
   double pairs_measured = 0;    // feature pairs whose distance or path was checked
   double pairs_in_contact = 0;  // mean over the steps
-  double solves = 0, iterations = 0;
+  double solves = 0, iterations = 0, factorisations = 0;
   int crossings = 0;           // pairs of triangles, all looks together
   double largest_strain = 0;   // principal, at the looks
   std::size_t trajectory = 0;  // a hash of the positions at all looks

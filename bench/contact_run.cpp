@@ -93,6 +93,7 @@ ContactRun measure_contact(const Case& source, int looks) {
   run.pairs_in_contact = counter.mean_of_all();
   run.solves = static_cast<double>(counts.newton_iterations);
   run.iterations = static_cast<double>(counts.linear_iterations);
+  run.factorisations = static_cast<double>(statistics.counters.sparse_factorisations);
   return run;
 }
 

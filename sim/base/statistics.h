@@ -22,6 +22,7 @@ struct Counters {
   std::int64_t friction_terms = 0;      // feature pairs whose friction was evaluated
   std::int64_t force_evaluations = 0;   // evaluations of the right-hand side
   std::int64_t matrix_assemblies = 0;
+  std::int64_t sparse_factorisations = 0;  // of systems that wear conjugate gradients out
 };
 
 struct IntegratorCounts {

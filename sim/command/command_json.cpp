@@ -62,7 +62,8 @@ Json counters_json(const Counters& counters) {
           {"ccd_calls", counters.ccd_calls},
           {"friction_terms", counters.friction_terms},
           {"force_evaluations", counters.force_evaluations},
-          {"matrix_assemblies", counters.matrix_assemblies}};
+          {"matrix_assemblies", counters.matrix_assemblies},
+          {"sparse_factorisations", counters.sparse_factorisations}};
 }
 
 // Returns the non-empty classes of step lengths.

@@ -11,21 +11,26 @@ namespace weft::sim {
 
 namespace {
 
-// Rows are stored and multiplied by diagonals if these have at most this many places for each block
-// that there is: a product of several rows costs less than half of one for each row.
-constexpr int most_places_per_block = 2;
+// A tile stores a diagonal if at least one in so many of its rows has a block on it. A loose block
+// takes about as much time as so many places of a diagonal (docs/decisions/0102).
+constexpr int most_places_per_block = 8;
 
 void make_unique(std::vector<int>& numbers) {
   std::ranges::sort(numbers);
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
-// Reduces the diagonals of the blocks of several rows to different ones in ascending order. Returns
-// false if they have too many places for the blocks.
-bool have_much_in_common(std::vector<int>& diagonals, int rows) {
-  const std::size_t blocks = diagonals.size();
-  make_unique(diagonals);
-  return diagonals.size() * rows <= most_places_per_block * blocks;
+// Returns the different diagonals among those of the blocks of several rows that are not loose, in
+// ascending order.
+std::vector<int> shared_diagonals(std::vector<int> diagonals, int rows) {
+  std::ranges::sort(diagonals);
+  std::vector<int> shared;
+  for (auto each = diagonals.begin(); each != diagonals.end();) {
+    const auto next = std::upper_bound(each, diagonals.end(), *each);
+    if ((next - each) * most_places_per_block >= rows) shared.push_back(*each);
+    each = next;
+  }
+  return shared;
 }
 
 }  // namespace
@@ -34,6 +39,7 @@ BlockLayout::BlockLayout(const BlockPattern& pattern) {
   static_assert(2 * materials::lane_count <= margin);
   find_tiles(pattern);
   place_blocks(pattern);
+  list_loose_blocks(pattern);
   by_doubles_ = groups_of(pattern, materials::lane_count);
   by_floats_ = groups_of(pattern, 2 * materials::lane_count);
 }
@@ -42,13 +48,14 @@ void BlockLayout::find_tiles(const BlockPattern& pattern) {
   const int rows = pattern.rows();
   std::int64_t size = 0;
   for (int begin = 0; begin < rows; begin += rows_per_tile) {
-    Tile& tile = tiles_.emplace_back();
     const int end = std::min(begin + rows_per_tile, rows);
+    std::vector<int> diagonals;
     for (int row = begin; row < end; ++row) {
       for (int slot = pattern.diagonal_slot(row); slot < pattern.row_end(row); ++slot)
-        tile.diagonals.push_back(pattern.column(slot) - row);
+        diagonals.push_back(pattern.column(slot) - row);
     }
-    if (!have_much_in_common(tile.diagonals, end - begin)) tile.diagonals.clear();
+    Tile& tile = tiles_.emplace_back();
+    tile.diagonals = shared_diagonals(std::move(diagonals), end - begin);
     if (!tile.diagonals.empty()) farthest_ = std::max(farthest_, tile.diagonals.back());
     tile.first = static_cast<int>(size);
     size += std::int64_t{9} * stride * static_cast<std::int64_t>(tile.diagonals.size());
@@ -62,13 +69,24 @@ void BlockLayout::place_blocks(const BlockPattern& pattern) {
   first_.reserve(pattern.upper_count());
   size_ = end_of_tiles_;
   for (int row = 0; row < pattern.rows(); ++row) {
-    const int tile = row / rows_per_tile;
     for (int slot = pattern.diagonal_slot(row); slot < pattern.row_end(row); ++slot) {
-      const bool is_apart = tiles_[tile].diagonals.empty();
-      first_.push_back(is_apart ? size_ : find(tile, pattern.column(slot) - row, row));
-      if (is_apart) size_ += 9;
+      const int place = find(row / rows_per_tile, pattern.column(slot) - row, row);
+      first_.push_back(place < 0 ? size_ : place);
+      if (place < 0) size_ += 9;
     }
   }
+}
+
+void BlockLayout::list_loose_blocks(const BlockPattern& pattern) {
+  loose_start_.reserve(pattern.rows() + 1);
+  for (int row = 0; row < pattern.rows(); ++row) {
+    loose_start_.push_back(static_cast<int>(loose_.size()));
+    for (int slot = pattern.row_begin(row); slot < pattern.row_end(row); ++slot) {
+      const int place = first(pattern.upper(row, slot));
+      if (place >= end_of_tiles_) loose_.push_back({place, pattern.column(slot)});
+    }
+  }
+  loose_start_.push_back(static_cast<int>(loose_.size()));
 }
 
 // Returns the place of the first entry of a row's block on a diagonal of a tile, or -1 if the tile
@@ -88,7 +106,7 @@ BlockLayout::Groups BlockLayout::groups_of(const BlockPattern& pattern, int size
   for (int row = 0; row + size <= pattern.rows(); row += size) {
     Group group;
     group.first_term = static_cast<int>(terms.size());
-    if (!add_terms(pattern, row, size, terms)) terms.resize(group.first_term);
+    add_terms(pattern, row, size, terms);
     group.end_term = static_cast<int>(terms.size());
     group.first_upper_term = group.first_term;
     while (group.first_upper_term < group.end_term && terms[group.first_upper_term].column < row)
@@ -98,48 +116,35 @@ BlockLayout::Groups BlockLayout::groups_of(const BlockPattern& pattern, int size
   return result;
 }
 
-// Adds the terms of the group that begins at `row`. Returns false if the rows have too little in
-// common, or if a block is in no tile with diagonals.
-bool BlockLayout::add_terms(const BlockPattern& pattern, int row, int size,
+// Adds the terms of the group that begins at `row`.
+void BlockLayout::add_terms(const BlockPattern& pattern, int row, int size,
                             std::vector<Term>& terms) const {
   std::vector<int> diagonals;
   for (int i = row; i < row + size; ++i) {
-    for (int slot = pattern.row_begin(i); slot < pattern.row_end(i); ++slot)
-      diagonals.push_back(pattern.column(slot) - i);
+    for (int slot = pattern.row_begin(i); slot < pattern.row_end(i); ++slot) {
+      if (first(pattern.upper(i, slot)) < end_of_tiles_)
+        diagonals.push_back(pattern.column(slot) - i);
+    }
   }
-  if (!have_much_in_common(diagonals, size)) return false;
+  make_unique(diagonals);
   for (const int diagonal : diagonals) {
     if (diagonal < 0) {
-      if (!add_lower_terms(pattern, row, size, -diagonal, terms)) return false;
-      continue;
+      add_lower_terms(row, size, -diagonal, terms);
+    } else {
+      terms.push_back({find(row / rows_per_tile, diagonal, row), row + diagonal});
     }
-    const int first = find(row / rows_per_tile, diagonal, row);
-    if (first < 0) return false;
-    terms.push_back({first, row + diagonal});
   }
-  return true;
 }
 
 // Adds the terms of blocks below the diagonal. Their mirror images belong to the rows `diagonal`
 // above, which may lie in two tiles. Each of these has a term of its own, with zeros for the rows
 // of the other.
-bool BlockLayout::add_lower_terms(const BlockPattern& pattern, int row, int size, int diagonal,
-                                  std::vector<Term>& terms) const {
-  const int begin = row - diagonal;
-  for (int above = std::max(begin, 0); above < begin + size;) {
-    const int tile = above / rows_per_tile;
-    const int end = std::min(begin + size, (tile + 1) * rows_per_tile);
-    const int first = find(tile, diagonal, begin);
-    if (first >= 0) {
-      terms.push_back({first, begin});
-    } else {
-      for (; above < end; ++above) {
-        if (pattern.find_slot(above, above + diagonal) >= 0) return false;
-      }
-    }
-    above = end;
+void BlockLayout::add_lower_terms(int row, int size, int diagonal, std::vector<Term>& terms) const {
+  const int begin = row - diagonal, last = begin + size - 1;
+  for (int tile = std::max(begin, 0) / rows_per_tile; tile <= last / rows_per_tile; ++tile) {
+    const int place = find(tile, diagonal, begin);
+    if (place >= 0) terms.push_back({place, begin});
   }
-  return true;
 }
 
 }  // namespace weft::sim

@@ -60,7 +60,7 @@ struct Sums {
 
 template <class Number>
 TiledMatrix<Number>::TiledMatrix(std::shared_ptr<const BlockPattern> pattern)
-    : pattern_(std::move(pattern)), values_(layout().size()) {
+    : pattern_(std::move(pattern)), layout_(&pattern_->layout()), values_(layout().size()) {
   const std::size_t size = BlockLayout::margin + pattern_->rows() + layout().numbers_after();
   for (std::vector<Number>& component : in_) component.resize(size);
 }
@@ -86,13 +86,6 @@ void TiledMatrix<Number>::set_to_sum(double a, const TiledMatrix<double>& one, d
 }
 
 template <class Number>
-int TiledMatrix<Number>::grouped_rows() const {
-  const BlockLayout::Groups& groups = layout().groups_for(Number());
-  return groups.size * static_cast<int>(std::ranges::count_if(
-                           groups.groups, [](const auto& each) { return !each.is_empty(); }));
-}
-
-template <class Number>
 Vec3 TiledMatrix<Number>::row_product(int row, std::span<const Vec3> in) const {
   Vec3 sum = Vec3::Zero();
   for (int slot = pattern_->row_begin(row); slot < pattern_->row_end(row); ++slot)
@@ -112,19 +105,28 @@ void TiledMatrix<Number>::multiply(std::span<const Vec3> in, std::span<Vec3> out
     }
   });
   const BlockLayout::Groups& in_groups = layout().groups_for(Number());
-  const std::vector<BlockLayout::Group>& groups = in_groups.groups;
-  const int size = in_groups.size;
-  parallel_chunks(static_cast<int>(groups.size()), threads, [&](int first, int last) {
+  const int count = static_cast<int>(in_groups.groups.size()), size = in_groups.size;
+  parallel_chunks(count, threads, [&](int first, int last) {
     for (int group = first; group < last; ++group) {
-      if (!groups[group].is_empty()) {
-        multiply_group(group, out);
-        continue;
-      }
-      for (int row = group * size; row < (group + 1) * size; ++row) out[row] = row_product(row, in);
+      multiply_group(group, out);
+      const int begin = group * size, end = begin + size;
+      if (layout().loose_of(begin, end).empty()) continue;
+      for (int row = begin; row < end; ++row) add_loose_product(row, in, out[row]);
     }
   });
-  for (int row = static_cast<int>(groups.size()) * size; row < rows; ++row)
-    out[row] = row_product(row, in);
+  for (int row = count * size; row < rows; ++row) out[row] = row_product(row, in);
+}
+
+template <class Number>
+void TiledMatrix<Number>::add_loose_product(int row, std::span<const Vec3> in, Vec3& out) const {
+  for (const auto& [first, column] : layout().loose_of(row, row + 1)) {
+    const Mat3 stored = block_at(first).template cast<double>();
+    if (column < row) {
+      out += stored.transpose() * in[column];
+    } else {
+      out += stored * in[column];
+    }
+  }
 }
 
 template <class Number>

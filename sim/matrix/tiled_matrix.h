@@ -59,21 +59,21 @@ class TiledMatrix {
     return slot < pattern_->diagonal_slot(row) ? Block(stored.transpose()) : Block(stored);
   }
 
-  // Computes out = this * in. Sums are of this matrix' type of numbers. Precondition: `in` and
-  // `out` have one entry per row. O(blocks).
+  // Computes out = this * in. Sums are of this matrix' type of numbers, but for loose blocks
+  // (BlockLayout). Precondition: `in` and `out` have one entry per row. O(blocks).
   void multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const;
-  // Returns the number of rows that a product handles several at a time.
-  int grouped_rows() const;
 
  private:
   template <class Other>
   friend class TiledMatrix;
 
-  const BlockLayout& layout() const { return pattern_->layout(); }
+  const BlockLayout& layout() const { return *layout_; }
   Vec3 row_product(int row, std::span<const Vec3> in) const;
   void multiply_group(int index, std::span<Vec3> out) const;
+  void add_loose_product(int row, std::span<const Vec3> in, Vec3& out) const;
 
   std::shared_ptr<const BlockPattern> pattern_;
+  const BlockLayout* layout_ = nullptr;  // of the pattern
   bsi::AlignedVector<Number> values_;
   // Scratch of multiply(): the components of `in`, with zeros before and after them.
   mutable std::array<std::vector<Number>, 3> in_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sim/base/parallel.h"
 #include "sim/case/time_methods.h"
@@ -16,6 +17,10 @@ std::size_t best_w_cycle_levels(const Scene& scene, int particles) {
       particles >= 100'000 || traits_of(scene.source.time.method).finds_equilibria();
   return needs_w_cycles ? 2 : 0;
 }
+
+// Share of the trace of a diagonal block that is added to the block's diagonal beside contact. The
+// rounding of stiff pairs to single precision changes the eigenvalues of their blocks by less.
+constexpr float rounding_share = 4 * std::numeric_limits<float>::epsilon();
 
 // The finest pattern may exceed the one that the present pairs need by this factor.
 constexpr double most_growth = 1.5;
@@ -70,6 +75,16 @@ void add_pairs(const Contact& contact, double gamma, SingleBlockMatrix& matrix) 
       }
     }
   });
+}
+
+// Makes diagonal blocks positive definite that lost this when stiff contact pairs were rounded to
+// single precision. Along the surfaces of a pair, only stiffness and mass resist, and these may be
+// smaller than the rounding error.
+void cover_rounding(SingleBlockMatrix& matrix) {
+  for (int i = 0; i < matrix.pattern().rows(); ++i) {
+    auto block = matrix.upper_block(matrix.pattern().upper_diagonal(i));
+    block.diagonal().array() += rounding_share * block.trace();
+  }
 }
 
 // Inverts the diagonal blocks. Rows for which `left_out` is true get zero instead of an inverse.
@@ -129,7 +144,10 @@ bool Multigrid::take_finest(const VelocityMatrix& matrix) {
   version_ = matrix.version();
   Level& finest = levels_.front();
   matrix.copy_to(finest.matrix);
-  if (with_contact_) add_pairs(*matrix.dynamics().contact(), matrix.gamma(), finest.matrix);
+  if (with_contact_) {
+    add_pairs(*matrix.dynamics().contact(), matrix.gamma(), finest.matrix);
+    cover_rounding(finest.matrix);
+  }
   const std::vector<char>& pinned = matrix.scene().pinned;
   return invert_diagonal(
       finest.matrix, matrix.threads(), [&](int i) { return pinned[i] != 0; },

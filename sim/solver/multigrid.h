@@ -43,6 +43,8 @@ class Multigrid : public Preconditioner {
   // false if a diagonal block is not positive definite. Precondition: the last set_up() returned
   // true.
   [[nodiscard]] bool update(const VelocityMatrix& matrix) override;
+  // True if the last set_up() was with contact.
+  bool has_contact() const { return with_contact_; }
   void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) override;
   // Returns nothing if the last set_up() was with contact, because the finest matrix may then be
   // outdated.

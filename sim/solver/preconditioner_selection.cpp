@@ -6,11 +6,11 @@ namespace {
 
 // Product of gamma and the highest frequency above which multigrid is faster than block-Jacobi
 // (docs/decisions/0016).
-constexpr double multigrid_break_even = 6;
+constexpr double multigrid_break_even = 20;
 
 // Number of iterations of block-Jacobi that cost as much as a solve with multigrid and new coarse
 // matrices (docs/decisions/0079).
-constexpr int most_block_jacobi_iterations = 40;
+constexpr int most_block_jacobi_iterations = 60;
 
 // Number of assemblies whose K rebuilds the coarse matrices after these have worn out within a
 // solve. The assembly of that solve is the first of them.
@@ -57,6 +57,7 @@ void PreconditionerSelection::make_multigrid() {
 
 bool PreconditionerSelection::must_rebuild() const {
   return !is_set_up_ || age_.is_worn_out() ||
+         (matrix_.has_contact() && !multigrid_->has_contact()) ||
          (assembly() != set_up_assembly_ && assembly() < rebuilt_until_);
 }
 

@@ -41,6 +41,7 @@ void VelocitySystem::transfer(StateArchive& archive) {
 void VelocitySystem::factorise(double gamma, std::span<const double> b,
                                std::span<double> correction, Outcome& outcome) {
   if (direct_ == nullptr) direct_ = std::make_unique<DirectSolver>(dynamics_);
+  ++dynamics_.statistics().counters.sparse_factorisations;
   ++outcome.iterations;
   outcome.residual = 0;
   outcome.converged = direct_->solve(gamma, b, correction);

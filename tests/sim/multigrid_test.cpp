@@ -412,6 +412,27 @@ TEST(Multigrid, LeavesTheResidualAskedForWhenContactComesAndGoes) {
   }
 }
 
+// A stiff pair at a slope, in single precision, leaves no stiffness along the surfaces.
+TEST(Multigrid, SolvesWithPairsWhoseRoundingExceedsTheMass) {
+  for (const std::string stiffness : {"1e5", "1e8", "1e10", "1e12"}) {
+    SCOPED_TRACE(stiffness);
+    const std::string turned = "rotation_deg = [31.0, 17.0, 5.0]\n";
+    DeformedScene deformed(
+        {.shape = sheet(13, 13),
+         .more = turned + "[[obstacle]]\nname = \"floor\"\n" + turned +
+                 "position = [-0.00075, 0.00124, -0.00204]\nshape = " + sheet(4, 4),
+         .material = "membrane_stiffness = 1.0\nbending_stiffness = 1e-6",
+         .contact = "range = 0.004\nstiffness = " + stiffness});
+    VelocitySystem system(deformed.dynamics());
+    std::vector<double> correction;
+    const auto outcome = deformed.solve(system, 1e-3, 1e-4, correction);
+    EXPECT_TRUE(VelocityMatrix(deformed.dynamics()).has_contact());
+    EXPECT_TRUE(outcome.converged);
+    EXPECT_TRUE(outcome.multigrid);
+    EXPECT_LE(outcome.iterations, 25);
+  }
+}
+
 // A bound of the mean alone would be met by a solution that is wrong at one particle only.
 TEST(VelocitySystem, BoundsTheResidualOfEachParticle) {
   DeformedScene deformed({.shape = sheet(33, 33), .preconditioner = "block_jacobi"});
@@ -515,8 +536,8 @@ TEST(Multigrid, IsChosenForLongStepsAlone) {
   DeformedScene deformed({.shape = sheet(33, 33), .preconditioner = "automatic"});
   VelocitySystem system(deformed.dynamics());
   std::vector<double> correction;
-  EXPECT_FALSE(deformed.solve(system, 1 / system.highest_frequency(), 1e-4, correction).multigrid);
-  EXPECT_TRUE(deformed.solve(system, 100 / system.highest_frequency(), 1e-4, correction).multigrid);
+  EXPECT_FALSE(deformed.solve(system, 19 / system.highest_frequency(), 1e-2, correction).multigrid);
+  EXPECT_TRUE(deformed.solve(system, 21 / system.highest_frequency(), 1e-2, correction).multigrid);
 }
 
 // Systems of a short gamma begin with block-Jacobi. One that takes long goes on with multigrid, and
@@ -529,7 +550,7 @@ TEST(Multigrid, ReplacesBlockJacobiThatTakesLong) {
   EXPECT_FALSE(deformed.solve(system, gamma, 1e-1, correction).multigrid);
   const auto hard = deformed.solve(system, gamma, 1e-11, correction);
   EXPECT_TRUE(hard.converged && hard.multigrid);
-  EXPECT_GT(hard.iterations, 40);
+  EXPECT_GT(hard.iterations, 60);
   const auto next = deformed.solve(system, gamma, 1e-11, correction);
   EXPECT_TRUE(next.converged && next.multigrid);
   EXPECT_LT(next.iterations, hard.iterations);
@@ -549,6 +570,21 @@ TEST(Multigrid, KeepsItsCoarseMatricesWhileTheyServe) {
   for (int i = 0; i < 3; ++i)
     set_ups += deformed.solve(system, 1.0, 1e-4, correction).multigrid_set_ups;
   EXPECT_EQ(set_ups, 2);
+}
+
+// Matrices formed before the contact, with which no solve has taken iterations, are not kept.
+TEST(Multigrid, FormsCoarseMatricesWhenContactComes) {
+  DeformedScene deformed(sheet_on_floor("bending_stiffness = 0.1"));
+  VelocitySystem system(deformed.dynamics());
+  std::vector<double> correction;
+  deformed.raise(0.05);
+  const auto apart = deformed.solve(system, 1e-2, 1.0, correction);
+  EXPECT_EQ(apart.iterations, 0);
+  EXPECT_EQ(apart.multigrid_set_ups, 1);
+  deformed.raise(-0.05);
+  const auto touching = deformed.solve(system, 1e-2, 1e-4, correction);
+  EXPECT_EQ(touching.multigrid_set_ups, 1);
+  EXPECT_LE(touching.iterations, 20);
 }
 
 // The cloth is compressed, so that A is indefinite. The solver reports it, and nothing else
