@@ -199,6 +199,10 @@ inline Lanes moved_up(Lanes before, Lanes a) {
 }
 #endif
 
+// Returns the adjacent numbers at an address.
+inline Lanes lanes_at(const double* at) {
+  return Lanes(Lanes::Vector(*reinterpret_cast<const UnalignedLanes*>(at)));
+}
 inline double sum_of_lanes(Lanes a) {
   double sum = 0;
   for (int i = 0; i < lane_count; ++i) sum += a.values[i];

@@ -375,13 +375,15 @@ Contact::Stencil Contact::joined_stencil(const ContactPair& pair, StencilRoom& r
   return {room.particles, room.weights, room.levers};
 }
 
-WEFT_FLATTEN void Contact::add_diagonal(double gamma, std::span<Mat3> diagonal) const {
+WEFT_FLATTEN std::vector<int> Contact::add_diagonal(double gamma, std::span<Mat3> diagonal) const {
+  std::vector<int> touched;
   StencilRoom room;
   for (const ContactPair& pair : surface_.pairs()) {
     const Mat3 along = normal_block(pair, gamma) * pair.normal * pair.normal.transpose();
     const Stencil of = stencil(pair, room);
     for (std::size_t i = 0; i < of.particles.size(); ++i) {
       if (!is_dynamic(of.particles[i])) continue;
+      touched.push_back(of.particles[i]);
       Mat3& block = diagonal[of.particles[i]];
       block += of.weights[i] * of.weights[i] * along;
       if (pair.sliding < 0) continue;
@@ -390,6 +392,7 @@ WEFT_FLATTEN void Contact::add_diagonal(double gamma, std::span<Mat3> diagonal) 
           sliding_factor(sliding, gamma) * of.levers[i].transpose() * sliding.slope * of.levers[i];
     }
   }
+  return touched;
 }
 
 Mat3 Contact::definite_block(const ContactPair& pair, double gamma) const {

@@ -96,8 +96,9 @@ class Contact {
   void add_product(double gamma, std::span<const Vec3> in, std::span<Vec3> out) const;
   // Subtracts factor * K * in from `out`.
   void subtract_stiffness(double factor, std::span<const Vec3> in, std::span<Vec3> out) const;
-  // Adds the diagonal blocks of gamma^2 K + gamma D to `diagonal`.
-  void add_diagonal(double gamma, std::span<Mat3> diagonal) const;
+  // Adds the diagonal blocks of gamma^2 K + gamma D to `diagonal`. Returns the particles that they
+  // belong to, with repetitions.
+  std::vector<int> add_diagonal(double gamma, std::span<Mat3> diagonal) const;
   // Calls visit(row, column, block) for the part of each pair in each block of gamma^2 K + gamma D.
   // A block is the sum of its parts.
   template <class Visit>

@@ -19,7 +19,7 @@ class BlockPattern;
 // of seams and ties, are stored one after the other: they are loose.
 class BlockLayout {
  public:
-  static constexpr int rows_per_tile = 128;
+  static constexpr int rows_per_tile = 256;
   // Number of entries, always zero, on either side of those of a tile's diagonal. A vector that
   // begins or ends outside of the tile can therefore be read.
   static constexpr int margin = 16;

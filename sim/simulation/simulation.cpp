@@ -20,9 +20,10 @@ namespace weft::sim {
 
 namespace {
 
-// Number of explicit steps between two checks of their energies. A check of every step would cost
-// too much. Energy that a long step adds by mistake remains visible in later steps.
-constexpr int explicit_steps_between_looks = 8;
+// Number of steps between two checks of their energies, for explicit methods and for those that
+// control errors. A check of every step would cost too much. Energy that an explicit step adds by
+// mistake remains visible in later steps, and error control leaves little.
+constexpr int steps_between_looks = 8;
 
 // First bytes of a saved state. The last digit is the version of its layout.
 constexpr std::string_view save_mark = "weft state 3, version " WEFT_VERSION;
@@ -156,9 +157,10 @@ void Simulation::Implementation::make_own_integrator() {
 
 bool Simulation::Implementation::is_look_due() const {
   if (!watch->applies()) return false;
-  if (!traits_of(scene.source.time.method).is_explicit || watch->external().is_possible())
-    return true;
-  return steps_since_look >= explicit_steps_between_looks ||
+  const TimeMethodTraits& traits = traits_of(scene.source.time.method);
+  const bool may_wait = traits.is_explicit || traits.controls_errors();
+  if (!may_wait || watch->external().is_possible()) return true;
+  return steps_since_look >= steps_between_looks ||
          frame_times.are_between(last_look, integrator->time());
 }
 

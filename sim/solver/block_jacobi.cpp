@@ -1,61 +1,113 @@
 #include "sim/solver/block_jacobi.h"
 
-#include <Eigen/LU>
+#include <algorithm>
 
+#include "materials/lanes.h"
 #include "sim/base/parallel.h"
 
 namespace weft::sim {
 
+using materials::Lanes;
+
 bool invert_definite(const Mat3& block, Mat3& inverse) {
-  const double minor = block(0, 0) * block(1, 1) - block(0, 1) * block(1, 0);
-  if (!(block(0, 0) > 0 && minor > 0 && block.determinant() > 0)) return false;
-  inverse = block.inverse();
+  const double xx = block(0, 0), yy = block(1, 1), zz = block(2, 2);
+  const double xy = block(0, 1), xz = block(0, 2), yz = block(1, 2);
+  const Vec3 first(yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);  // cofactors
+  const double minor = xx * yy - xy * xy;
+  const double determinant = xx * first.x() + xy * first.y() + xz * first.z();
+  if (!(xx > 0 && minor > 0 && determinant > 0)) return false;
+  const double cofactor_yy = xx * zz - xz * xz, cofactor_yz = xy * xz - xx * yz;
+  inverse << first.x(), first.y(), first.z(),  //
+      first.y(), cofactor_yy, cofactor_yz,     //
+      first.z(), cofactor_yz, minor;
+  inverse /= determinant;
   return true;
 }
 
 void BlockJacobi::invert(const VelocityMatrix& matrix, const Mat3& block, int particle) {
-  Mat3& inverse = inverse_[particle];
+  Mat3 inverse;
   if (matrix.scene().pinned[particle] != 0) {
     inverse.setZero();
   } else if (!invert_definite(block, inverse)) {
     inverse = Mat3::Identity() / matrix.scene().mass[particle];
   }
+  for (int i = 0; i < 3; ++i) inverse_[i][particle] = inverse(i, i);
+  inverse_[3][particle] = inverse(0, 1);
+  inverse_[4][particle] = inverse(0, 2);
+  inverse_[5][particle] = inverse(1, 2);
+}
+
+void BlockJacobi::invert_all(const VelocityMatrix& matrix) {
+  const BlockPattern& pattern = *matrix.pattern();
+  const int count = pattern.rows();
+  version_ = matrix.version();
+  without_contact_.resize(count);
+  for (std::vector<double>& each : inverse_) each.resize(count);
+  is_found_.resize(count, 0);
+  touched_.clear();
+  parallel_chunks(count, matrix.threads(), [&](int first, int last) {
+    for (int i = first; i < last; ++i) {
+      without_contact_[i] = matrix.block(i, pattern.diagonal_slot(i));
+      invert(matrix, without_contact_[i], i);
+    }
+  });
+  with_contact_ = without_contact_;
+}
+
+// Inverts the blocks of the particles in contact, and those that had contact before.
+void BlockJacobi::invert_touched(const VelocityMatrix& matrix) {
+  const std::vector<int> before = std::move(touched_);
+  touched_.clear();
+  if (matrix.has_contact()) {
+    const Contact& contact = *matrix.dynamics().contact();
+    for (const int i : contact.add_diagonal(matrix.gamma(), with_contact_)) {
+      if (is_found_[i] == 0) touched_.push_back(i);
+      is_found_[i] = 1;
+    }
+  }
+  for (const int i : before)
+    if (is_found_[i] == 0) invert(matrix, without_contact_[i], i);
+  parallel_chunks(static_cast<int>(touched_.size()), matrix.threads(), [&](int first, int last) {
+    for (int k = first; k < last; ++k) {
+      const int i = touched_[k];
+      invert(matrix, with_contact_[i], i);
+      with_contact_[i] = without_contact_[i];
+      is_found_[i] = 0;
+    }
+  });
 }
 
 bool BlockJacobi::update(const VelocityMatrix& matrix) {
-  const BlockPattern& pattern = *matrix.pattern();
-  const int count = pattern.rows();
-  if (matrix.version() != version_) {
-    version_ = matrix.version();
-    without_contact_.resize(count);
-    inverse_.resize(count);
-    has_contact_.assign(count, 0);
-    parallel_chunks(count, matrix.threads(), [&](int first, int last) {
-      for (int i = first; i < last; ++i) {
-        without_contact_[i] = matrix.block(i, pattern.diagonal_slot(i));
-        invert(matrix, without_contact_[i], i);
-      }
-    });
-  }
-  const bool has_contact = matrix.has_contact();
-  if (has_contact) {
-    with_contact_ = without_contact_;
-    matrix.dynamics().contact()->add_diagonal(matrix.gamma(), with_contact_);
-  }
-  const std::vector<Mat3>& blocks = has_contact ? with_contact_ : without_contact_;
-  parallel_chunks(count, matrix.threads(), [&](int first, int last) {
-    for (int i = first; i < last; ++i) {
-      const bool touches = has_contact && blocks[i] != without_contact_[i];
-      if (touches || has_contact_[i] != 0) invert(matrix, blocks[i], i);
-      has_contact_[i] = touches ? 1 : 0;
-    }
-  });
+  if (matrix.version() != version_) invert_all(matrix);
+  invert_touched(matrix);
   return true;
 }
 
-void BlockJacobi::apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) {
-  parallel_chunks(static_cast<int>(r.size()), matrix.threads(), [&](int first, int last) {
-    for (int i = first; i < last; ++i) z[i] = inverse_[i] * r[i];
+double BlockJacobi::apply(const VelocityMatrix& matrix, std::span<const Vec3> r,
+                          std::span<Vec3> z) {
+  const auto product = [&](const auto& x, const auto& at) {
+    return std::array{at(0) * x[0] + at(3) * x[1] + at(4) * x[2],
+                      at(3) * x[0] + at(1) * x[1] + at(5) * x[2],
+                      at(4) * x[0] + at(5) * x[1] + at(2) * x[2]};
+  };
+  return parallel_sum(static_cast<int>(r.size()), matrix.threads(), [&](int first, int last) {
+    Lanes sums = 0;
+    int i = first;
+    for (; i + materials::lane_count <= last; i += materials::lane_count) {
+      const auto x = materials::load_vectors(r[i].data());
+      const auto found =
+          product(x, [&](int entry) { return materials::lanes_at(&inverse_[entry][i]); });
+      for (int axis = 0; axis < 3; ++axis) sums += x[axis] * found[axis];
+      std::fill(z.begin() + i, z.begin() + i + materials::lane_count, Vec3::Zero());
+      materials::add_vectors(found, z[i].data());
+    }
+    double sum = materials::sum_of_lanes(sums);
+    for (; i < last; ++i) {
+      const auto found = product(r[i], [&](int entry) { return inverse_[entry][i]; });
+      z[i] = Vec3(found[0], found[1], found[2]);
+      sum += r[i].dot(z[i]);
+    }
+    return sum;
   });
 }
 

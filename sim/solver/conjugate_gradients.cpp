@@ -36,11 +36,6 @@ using materials::Lanes;
 // first-level cache.
 constexpr int particles_at_once = 64;
 
-Lanes lanes_at(std::span<const double> values, int i) {
-  return Lanes(
-      Lanes::Vector(*reinterpret_cast<const materials::UnalignedLanes*>(values.data() + i)));
-}
-
 // Adds factor * from to `to`, for particles `begin` to `end` - 1.
 void add_scaled(double factor, std::span<const Vec3> from, int begin, int end, std::span<Vec3> to) {
   const double* const x = from[begin].data();
@@ -139,8 +134,7 @@ void ConjugateGradients::iterate(const Solve& solve, Outcome& outcome) {
 
 // Computes z = P r, with the preconditioner P, and returns r . z.
 double ConjugateGradients::precondition() {
-  preconditioner_.chosen().apply(matrix_, residual_, preconditioned_);
-  return dot(residual_, preconditioned_, matrix_.threads());
+  return preconditioner_.chosen().apply(matrix_, residual_, preconditioned_);
 }
 
 // Finds the next direction p and A p. The product is in single precision if the preconditioner
@@ -207,7 +201,8 @@ void ConjugateGradients::measure(const Solve& solve, int begin, int end, Measure
     const auto r = materials::load_vectors(residual_[i].data());
     const auto weight = materials::load_vectors(solve.weight[i].data());
     const auto dv = materials::load_vectors(solve.dv[i].data());
-    const Lanes inverse_mass = lanes_at(inverse_mass_, i), mass = lanes_at(matrix_.scene().mass, i);
+    const Lanes inverse_mass = materials::lanes_at(&inverse_mass_[i]);
+    const Lanes mass = materials::lanes_at(&matrix_.scene().mass[i]);
     Lanes square = 0, motion = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const Lanes share = inverse_mass * r[axis] * weight[axis];

@@ -281,10 +281,11 @@ void Multigrid::find_residual(std::size_t i, std::span<Vec3> residual, int threa
                              std::span(change_).first(residual.size()), residual, threads);
 }
 
-void Multigrid::apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) {
+double Multigrid::apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) {
   cycle(0, r, z, matrix.threads());
   find_residual(0, residual_, matrix.threads());
   matrix.clear_pinned(residual_);
+  return dot(r, z, matrix.threads());
 }
 
 }  // namespace weft::sim

@@ -45,7 +45,7 @@ class Multigrid : public Preconditioner {
   [[nodiscard]] bool update(const VelocityMatrix& matrix) override;
   // True if the last set_up() was with contact.
   bool has_contact() const { return with_contact_; }
-  void apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) override;
+  double apply(const VelocityMatrix& matrix, std::span<const Vec3> r, std::span<Vec3> z) override;
   // Returns nothing if the last set_up() was with contact, because the finest matrix may then be
   // outdated.
   std::span<const Vec3> residual() const override {

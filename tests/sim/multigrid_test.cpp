@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -205,6 +206,26 @@ TEST(VelocityMatrix, IsTheSumOfMassDampingAndStiffness) {
       }
     }
   }
+}
+
+TEST(BlockJacobi, InvertsDefiniteBlocksAlone) {
+  std::srand(1);  // NOLINT(cert-msc51-cpp): any numbers will do
+  int definite = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Mat3 any = Mat3::Random();
+    const Mat3 block = any + any.transpose() + 1.5 * Mat3::Identity();
+    const bool is_definite = Eigen::SelfAdjointEigenSolver<Mat3>(block).eigenvalues()[0] > 0;
+    Mat3 inverse = Mat3::Constant(7);
+    EXPECT_EQ(invert_definite(block, inverse), is_definite);
+    if (is_definite) {
+      ++definite;
+      EXPECT_LT((block * inverse - Mat3::Identity()).norm(), 1e-12 * block.norm() * inverse.norm());
+    } else {
+      EXPECT_EQ(inverse, Mat3::Constant(7));
+    }
+  }
+  EXPECT_GT(definite, 200);
+  EXPECT_LT(definite, 800);
 }
 
 // Blocks without contact are inverted once, as long as A without contact stays the same.

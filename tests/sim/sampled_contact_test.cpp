@@ -293,9 +293,11 @@ TEST(SampledContact, BlocksAndTheDiagonalAreThoseOfProductsWithUnitVectors) {
   });
   expect_same_blocks(blocks, expected);
   std::vector<Mat3> diagonal(count, Mat3::Zero()), expected_diagonal = diagonal;
-  twins.contact.add_diagonal(gamma, diagonal);
+  const std::vector<int> touched = twins.contact.add_diagonal(gamma, diagonal);
   for (int i = 0; i < count; ++i) expected_diagonal[i] = expected[i * count + i];
   expect_same_blocks(diagonal, expected_diagonal);
+  for (int i = 0; i < count; ++i)
+    EXPECT_EQ(diagonal[i].isZero(0), std::ranges::find(touched, i) == touched.end()) << i;
 }
 
 // Without friction and negative parts, the couplings add up to the matrix itself.
