@@ -2,9 +2,8 @@
 //
 // 25 states of a run (200 if obstacles or pins move) and its last one are checked:
 // - positions and velocities are finite;
-// - there is no more energy than was put in (sim/motion/energy_watch.h). A run checks this after
-// each
-//   of its steps and fails by itself; an excess that is only found here makes the outcome `wrong`;
+// - there is no more energy than was put in (sim/motion/energy_watch.h). A run checks this
+//   as it goes and fails by itself; an excess that is only found here makes the outcome `wrong`;
 // - with contact, no triangle passes through another (crossings.h, exact), and, if obstacles are at
 //   rest, the first of two surfaces has not come out on the other side of the second;
 // - without contact, pins and gravity, the momentum is that of the start, up to an error of the

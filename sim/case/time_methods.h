@@ -22,12 +22,12 @@ struct TimeMethodTraits {
   bool is_explicit;    // true if the method needs no stiffness matrix
   bool is_calibrated;  // true if the calibration of `time.accuracy` covers the method
   bool finds_equilibria() const { return steps == Steps::loads; }
-  // True if the lengths of steps follow from estimates of their errors.
-  bool controls_errors() const {
+  // True if SUNDIALS chooses the lengths of steps by estimates of their errors.
+  bool has_error_control() const {
     return method == TimeMethod::cvode || method == TimeMethod::arkode;
   }
   // True if later steps depend on a history that SUNDIALS keeps and no saved state holds.
-  bool has_hidden_history() const { return controls_errors(); }
+  bool has_hidden_history() const { return has_error_control(); }
 };
 
 // True if the table has one row per TimeMethod, in the order of that enum. Rows need a member

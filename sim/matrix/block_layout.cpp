@@ -11,8 +11,8 @@ namespace weft::sim {
 
 namespace {
 
-// A tile stores a diagonal if at least one in so many of its rows has a block on it. A loose block
-// takes about as much time as so many places of a diagonal (docs/decisions/0102).
+// A tile stores a diagonal if at least one in so many of its rows has a block on it. By its
+// operations, a loose block costs about as much as so many places of a diagonal.
 constexpr int most_places_per_block = 8;
 
 void make_unique(std::vector<int>& numbers) {

@@ -26,8 +26,8 @@ class BlockLayout {
   // Distance between the entries of a block in a tile with diagonals.
   static constexpr int stride = rows_per_tile + 2 * margin;
 
-  // O(blocks). Throws std::bad_alloc if there are more entries than an int can number: a matrix of
-  // 16 GiB.
+  // O(blocks). Throws std::bad_alloc if an int might not number all entries: a matrix of 16 GiB, or
+  // somewhat less.
   explicit BlockLayout(const BlockPattern& pattern);
 
   // Returns the number of entries, zeros of margins and of missing blocks included.

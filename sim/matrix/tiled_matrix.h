@@ -60,7 +60,8 @@ class TiledMatrix {
   }
 
   // Computes out = this * in. Sums are of this matrix' type of numbers, but for loose blocks
-  // (BlockLayout). Precondition: `in` and `out` have one entry per row. O(blocks).
+  // (BlockLayout) and the last rows. Precondition: `in` and `out` have one entry per row.
+  // O(blocks).
   void multiply(std::span<const Vec3> in, std::span<Vec3> out, int threads) const;
 
  private:

@@ -20,13 +20,13 @@ namespace weft::sim {
 
 namespace {
 
-// Number of steps between two checks of their energies, for explicit methods and for those that
-// control errors. A check of every step would cost too much. Energy that an explicit step adds by
-// mistake remains visible in later steps, and error control leaves little.
+// Number of steps between two checks of their energies, for explicit methods and for those whose
+// steps SUNDIALS chooses by their errors. A check of every step would cost too much. Energy that an
+// explicit step adds by mistake remains visible in later steps, and error control leaves little.
 constexpr int steps_between_looks = 8;
 
 // First bytes of a saved state. The last digit is the version of its layout.
-constexpr std::string_view save_mark = "weft state 3, version " WEFT_VERSION;
+constexpr std::string_view save_mark = "weft state 4, version " WEFT_VERSION;
 
 // Returns the fingerprint of what the files of a case give: another shape gives another one.
 std::uint64_t fingerprint_of(const Scene& scene) {
@@ -158,7 +158,7 @@ void Simulation::Implementation::make_own_integrator() {
 bool Simulation::Implementation::is_look_due() const {
   if (!watch->applies()) return false;
   const TimeMethodTraits& traits = traits_of(scene.source.time.method);
-  const bool may_wait = traits.is_explicit || traits.controls_errors();
+  const bool may_wait = traits.is_explicit || traits.has_error_control();
   if (!may_wait || watch->external().is_possible()) return true;
   return steps_since_look >= steps_between_looks ||
          frame_times.are_between(last_look, integrator->time());

@@ -41,9 +41,9 @@ class StepObserver {
 // so a case gives the same bits however it is driven.
 //
 // The energy after a step is checked against the energy put in (sim/motion/energy_watch.h).
-// Explicit methods are checked at every eighth step and at steps that reach the time of a frame. If
-// wind, loads, prescribed motion or varying gravity can do work, every step is checked. Searches
-// for equilibria are checked under some loads only.
+// Explicit methods, cvode and arkode are checked at every eighth step and at steps that reach the
+// time of a frame. If wind, loads, prescribed motion or varying gravity can do work, every step is
+// checked. Searches for equilibria are checked under some loads only.
 //
 // The constructors throw CaseError if the scene cannot be simulated. One thread may use a
 // simulation at a time. Different simulations may run side by side.

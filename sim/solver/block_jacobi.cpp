@@ -9,18 +9,19 @@ namespace weft::sim {
 
 using materials::Lanes;
 
+// Decomposes the block as L D L^T. Cofactors and a determinant would lose all digits beside a stiff
+// contact pair: their errors grow with the square of the ratio of stiffness to mass.
 bool invert_definite(const Mat3& block, Mat3& inverse) {
-  const double xx = block(0, 0), yy = block(1, 1), zz = block(2, 2);
-  const double xy = block(0, 1), xz = block(0, 2), yz = block(1, 2);
-  const Vec3 first(yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);  // cofactors
-  const double minor = xx * yy - xy * xy;
-  const double determinant = xx * first.x() + xy * first.y() + xz * first.z();
-  if (!(xx > 0 && minor > 0 && determinant > 0)) return false;
-  const double cofactor_yy = xx * zz - xz * xz, cofactor_yz = xy * xz - xx * yz;
-  inverse << first.x(), first.y(), first.z(),  //
-      first.y(), cofactor_yy, cofactor_yz,     //
-      first.z(), cofactor_yz, minor;
-  inverse /= determinant;
+  const double d0 = block(0, 0);
+  const double l1 = block(0, 1) / d0, l2 = block(0, 2) / d0;  // first column of L
+  const double d1 = block(1, 1) - l1 * block(0, 1);
+  const double rest = block(1, 2) - l1 * block(0, 2), l3 = rest / d1;
+  const double d2 = block(2, 2) - l2 * block(0, 2) - l3 * rest;
+  if (!(d0 > 0 && d1 > 0 && d2 > 0)) return false;
+  const double m = l1 * l3 - l2;  // L^-1 has the rows (1, 0, 0), (-l1, 1, 0), (m, -l3, 1)
+  const double xx = 1 / d0 + l1 * l1 / d1 + m * m / d2, xy = -l1 / d1 - l3 * m / d2;
+  const double yy = 1 / d1 + l3 * l3 / d2, xz = m / d2, yz = -l3 / d2;
+  inverse << xx, xy, xz, xy, yy, yz, xz, yz, 1 / d2;
   return true;
 }
 

@@ -55,6 +55,9 @@ class Multigrid : public Preconditioner {
   // Writes or reads the couplings that earlier contact pairs have left in the patterns. The order
   // of the sweeps depends on them. Reading makes the patterns; set_up() must follow.
   void transfer_patterns(StateArchive& archive);
+  // Writes or reads the finest matrix of a set_up() with contact, from which reading forms the
+  // others. Returns false as set_up() does. The `matrix` tells which particles are pinned.
+  [[nodiscard]] bool transfer_finest(StateArchive& archive, const VelocityMatrix& matrix);
 
   int level_count() const { return static_cast<int>(levels_.size()); }
 
@@ -71,6 +74,8 @@ class Multigrid : public Preconditioner {
   void find_patterns(std::shared_ptr<const BlockPattern> finest);
   void choose_patterns(const VelocityMatrix& matrix);
   bool take_finest(const VelocityMatrix& matrix);
+  bool invert_finest(const VelocityMatrix& matrix);
+  bool form_coarse(int threads);
   bool factor_coarsest();
   void solve_coarsest();
   void cycle(std::size_t level, std::span<const Vec3> b, std::span<Vec3> x, int threads);

@@ -122,17 +122,23 @@ void PreconditionerSelection::finish_solve(int iterations, double residual) {
 
 void PreconditionerSelection::transfer(StateArchive& archive) {
   Linearisation& place = set_up_place_;
-  archive(is_set_up_, set_up_assembly_, rebuilt_until_, set_up_gamma_, place.time, place.step_start,
-          place.state, place.definiteness, place.gamma, place.load, place.hardness);
+  bool is_made = multigrid_ != nullptr;
+  archive(is_made, is_set_up_, set_up_assembly_, rebuilt_until_, set_up_gamma_, place.time,
+          place.step_start, place.state, place.definiteness, place.gamma, place.load,
+          place.hardness);
   transfer_creases(archive, place.creases);
   sim::transfer(archive, place.anchors, dynamics_.scene());
   age_.transfer(archive);
   for_block_jacobi_.transfer(archive);
   frequency_.transfer(archive);
-  if (!is_set_up_) return;
+  if (!is_made) return;
   make_multigrid();
   multigrid_->transfer_patterns(archive);
-  if (!archive.reads()) return;
+  if (!is_set_up_) return;
+  bool with_contact = multigrid_->has_contact();
+  archive(with_contact);
+  if (with_contact) is_set_up_ = multigrid_->transfer_finest(archive, matrix_);
+  if (with_contact || !archive.reads()) return;
   dynamics_.assemble_again(place);
   matrix_.form(set_up_gamma_);
   is_set_up_ = multigrid_->set_up(matrix_);

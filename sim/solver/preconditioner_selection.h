@@ -20,9 +20,9 @@ namespace weft::sim {
 // replaces block-Jacobi within a solve that takes too many iterations, and in the systems that
 // follow (hard_systems.h).
 //
-// The coarse matrices are reused until they are worn out (coarse_matrix_age.h). If they wear out
-// within a solve, they are rebuilt at once. During the next nine assemblies, they are rebuilt for
-// every new K.
+// The coarse matrices are reused until they are worn out (coarse_matrix_age.h), or until contact
+// comes of which they know nothing. If they wear out within a solve, they are rebuilt at once.
+// During the next nine assemblies, they are rebuilt for every new K.
 class PreconditionerSelection {
  public:
   // `matrix` must outlive the object.
@@ -53,7 +53,8 @@ class PreconditionerSelection {
   double highest_frequency() { return frequency_.highest(); }
 
   // Writes or reads the state that determines the bits of later solutions. Coarse matrices are not
-  // written. Reading forms them again: it assembles K and D at the state of their set-up, which
+  // written. Reading forms them again: from the finest one if it has contact, whose pairs depend on
+  // more than the state. Otherwise it assembles K and D at the state of their set-up, which
   // overwrites the matrices of the dynamics.
   void transfer(StateArchive& archive);
 

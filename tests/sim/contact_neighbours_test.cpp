@@ -212,7 +212,7 @@ shape = { type = "rectangle", size = [1, 1], resolution = [3, 3] }
       in_contact += sim.scene().body_index_of_point(pair.nodes[3]) == 0 ? 1 : 0;
     most_in_contact = std::max(most_in_contact, in_contact);
   }
-  EXPECT_GT(most_in_contact, 5U);  // the strip has lain on itself
+  EXPECT_GT(most_in_contact, 5U);  // the strip has lain on itself; the number varies with rounding
 }
 
 }  // namespace

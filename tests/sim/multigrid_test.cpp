@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string>
 
+#include "sim/base/parallel.h"
 #include "sim/case/case_reader.h"
 #include "sim/solver/velocity_system.h"
 #include "tests/dense_algebra.h"
@@ -228,6 +229,22 @@ TEST(BlockJacobi, InvertsDefiniteBlocksAlone) {
   EXPECT_LT(definite, 800);
 }
 
+// A stiff pair on a light vertex, by the formula of Sherman and Morrison.
+TEST(BlockJacobi, InvertsBlocksOfStiffPairs) {
+  std::srand(1);  // NOLINT(cert-msc51-cpp): any numbers will do
+  for (const double ratio : {1e4, 1e8, 1e10}) {
+    for (int i = 0; i < 200; ++i) {
+      const Vec3 normal = Vec3::Random().normalized();
+      const Mat3 pair = normal * normal.transpose();
+      Mat3 inverse = Mat3::Zero();
+      ASSERT_TRUE(invert_definite(Mat3::Identity() + ratio * pair, inverse)) << ratio;
+      const Mat3 expected = Mat3::Identity() - ratio / (1 + ratio) * pair;
+      EXPECT_LT((inverse - expected).norm(), 1e-14 * ratio) << ratio;
+      EXPECT_GT(Eigen::SelfAdjointEigenSolver<Mat3>(inverse).eigenvalues()[0], 0) << ratio;
+    }
+  }
+}
+
 // Blocks without contact are inverted once, as long as A without contact stays the same.
 TEST(BlockJacobi, FollowsContactThatComesAndGoes) {
   DeformedScene deformed(sheet_on_floor("stiffness_damping = 1e-3"));
@@ -243,7 +260,8 @@ TEST(BlockJacobi, FollowsContactThatComesAndGoes) {
       deformed.raise(change);
       EXPECT_EQ(matrix.has_contact(), touches);
       EXPECT_TRUE(kept.update(matrix));
-      kept.apply(matrix, r, z);
+      const double product = kept.apply(matrix, r, z);
+      EXPECT_NEAR(product, dot(r, z, 1), 1e-12 * product);
       BlockJacobi fresh;
       EXPECT_TRUE(fresh.update(matrix));
       fresh.apply(matrix, r, expected);

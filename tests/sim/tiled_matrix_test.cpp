@@ -137,7 +137,7 @@ TYPED_TEST(TiledMatrices, MultiplyBlocksOfRowsWithNothingInCommonOneByOne) {
   EXPECT_LT(product.error(), most);
 }
 
-// Rows without a common pattern take no more memory than their blocks.
+// Rows without a common pattern take little more memory than their blocks, for diagonal blocks.
 TEST(BlockLayout, StoresLittleMoreThanTheBlocks) {
   const BlockPattern any(random_couplings(500));
   EXPECT_LT(any.layout().size(), 1.1 * 9 * any.upper_count());
