@@ -75,6 +75,7 @@ TEST(ShellContact, KeepsMomentumAndAngularMomentum) {
 [time]
 duration = 0.2
 relative_tolerance = 1e-5
+velocity_tolerance = 1e-4
 [world]
 gravity = [0, 0, 0]
 [contact]

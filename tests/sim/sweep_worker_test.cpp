@@ -302,7 +302,7 @@ TEST_F(SweepWorkerTest, AShapeThatChangesDuringARunGivesNoResult) {
   EXPECT_TRUE(files("out", "run.checkpoint").empty());
   write("sweep.toml", R"(case = "of_file.toml"
 [factors]
-"time.duration" = { list = [2] }
+"time.duration" = { list = [10] }
 )");
   WeftProcess whole(folder(), {"sweep", "sweep.toml", "-o", out});
   wait_until([&] { return !files("out", "run.checkpoint").empty(); });
