@@ -1,9 +1,10 @@
-// The Newton system of the velocities against a dense solution.
+// The Newton system of the velocities and its diagonal blocks against dense solutions.
 #include "sim/solver/velocity_system.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <cstdlib>
 #include <memory>
 #include <numeric>
 #include <vector>
@@ -123,6 +124,42 @@ TEST(VelocitySystem, CountsSingleResidualsOfPositions) {
   b[3 * (sheet.count() - 2)] = 0.1 * gamma;
   const Eigen::VectorXd expected = sheet.expected(b);
   EXPECT_LT((sheet.solved(b) - expected).norm(), 1e-4 * expected.norm());
+}
+
+TEST(BlockJacobi, InvertsDefiniteBlocksAlone) {
+  std::srand(1);  // NOLINT(cert-msc51-cpp): any numbers will do
+  int definite = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Mat3 any = Mat3::Random();
+    const Mat3 block = any + any.transpose() + 1.5 * Mat3::Identity();
+    const bool is_definite = Eigen::SelfAdjointEigenSolver<Mat3>(block).eigenvalues()[0] > 0;
+    Mat3 inverse = Mat3::Constant(7);
+    EXPECT_EQ(invert_definite(block, inverse), is_definite);
+    if (is_definite) {
+      ++definite;
+      EXPECT_LT((block * inverse - Mat3::Identity()).norm(), 1e-12 * block.norm() * inverse.norm());
+    } else {
+      EXPECT_EQ(inverse, Mat3::Constant(7));
+    }
+  }
+  EXPECT_GT(definite, 200);
+  EXPECT_LT(definite, 800);
+}
+
+// A stiff pair on a light vertex, by the formula of Sherman and Morrison.
+TEST(BlockJacobi, InvertsBlocksOfStiffPairs) {
+  std::srand(1);  // NOLINT(cert-msc51-cpp): any numbers will do
+  for (const double ratio : {1e4, 1e8, 1e10}) {
+    for (int i = 0; i < 200; ++i) {
+      const Vec3 normal = Vec3::Random().normalized();
+      const Mat3 pair = normal * normal.transpose();
+      Mat3 inverse = Mat3::Zero();
+      ASSERT_TRUE(invert_definite(Mat3::Identity() + ratio * pair, inverse)) << ratio;
+      const Mat3 expected = Mat3::Identity() - ratio / (1 + ratio) * pair;
+      EXPECT_LT((inverse - expected).norm(), 1e-14 * ratio) << ratio;
+      EXPECT_GT(Eigen::SelfAdjointEigenSolver<Mat3>(inverse).eigenvalues()[0], 0) << ratio;
+    }
+  }
 }
 
 }  // namespace
