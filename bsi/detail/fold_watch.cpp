@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Geometry>
+
+#include "bsi/detail/rounded_up.h"
 #include "bsi/detail/team.h"
 
 namespace weft::bsi {
@@ -16,6 +19,10 @@ constexpr int texels_per_part = 1024;
 // Upper bound of the rounding errors in the motion of a window, as a fraction of the distance of
 // the farthest particle from the first one: those of eight numbers in float32, and of sums.
 constexpr float rounding_per_metre = 1e-6F;
+
+// Part of the largest room that a linear image of the grid must prove. With less, windows are
+// looked at more often; with more, their distances are measured more often.
+constexpr double part_for_smooth = 0.0625;
 
 // The features of a window, by its nine vertices: row by row, the middle is 4.
 struct WindowFeatures {
@@ -88,13 +95,15 @@ FoldWatch::FoldWatch(const Atlas& atlas, const Mesh& mesh, const Neighbourhoods*
       neighbourhoods_(neighbourhoods),
       reach_(reach),
       largest_room_(largest_room),
-      windows_(atlas.quad_count(), {-1, -1, -1, -1}) {
+      windows_(atlas.quad_count(), {-1, -1, -1, -1}),
+      inner_stride_(atlas.quad_count(), 0) {
   for (int p = 0; p < static_cast<int>(atlas.patches().size()); ++p) add_patch(atlas, p);
   const std::size_t count = grid_of_window_.size();
   start_ = end_ = Components(particle_.size());
   recorded_.fill(Components(count));
   room_.assign(count, std::numeric_limits<float>::infinity());  // none has been looked at
   moved_.assign(count, 0);
+  largest_reach_.assign(count, -1);
   is_closed_.assign(count, 0);
 }
 
@@ -123,6 +132,10 @@ void FoldWatch::add_patch(const Atlas& atlas, int p) {
     }
   }
   grids_.push_back(grid);
+  for (int row = 1; row < patch.quad_rows() - 1; ++row) {
+    for (int col = 1; col < patch.quad_cols() - 1; ++col)
+      inner_stride_[atlas.first_quad(p) + row * patch.quad_cols() + col] = patch.quad_cols();
+  }
 }
 
 int FoldWatch::middle_of(int window) const {
@@ -208,8 +221,44 @@ double FoldWatch::reach_of_pair(int window, FeatureKind kind, int pair) const {
   return near ? 0 : reach;
 }
 
-// Sets the rooms of windows at the positions x of all particles.
-void FoldWatch::find_rooms(std::span<const int> windows, std::span<const Vec3> x) {
+// Returns the largest reach (m) of any pair of a window's features.
+float FoldWatch::largest_reach(int window) {
+  float& largest = largest_reach_[window];
+  if (largest >= 0) return largest;
+  for (const FeatureKind kind : {FeatureKind::vertex_triangle, FeatureKind::edge_edge}) {
+    const auto& pairs = window_features().pairs[kind == FeatureKind::edge_edge ? 1 : 0];
+    for (int pair = 0; pair < static_cast<int>(pairs.size()); ++pair)
+      largest = std::max(largest, rounded_up(reach_of_pair(window, kind, pair)));
+  }
+  return largest;
+}
+
+// Returns a lower bound of the room (m) of a window. It is close to the room where the surface is
+// smooth, and may be negative or NaN elsewhere.
+float FoldWatch::smooth_room(int window, std::span<const Vec3> x) {
+  std::array<Vec3, 9> at;
+  for (int v = 0; v < 9; ++v) at[v] = x[particle_[texel_of(window, v)]];
+  const auto row = [&](int r) -> Vec3 { return at[3 * r] + at[3 * r + 1] + at[3 * r + 2]; };
+  const auto col = [&](int c) -> Vec3 { return at[c] + at[c + 3] + at[c + 6]; };
+  // The linear image that fits the vertices best.
+  const Vec3 down = (row(2) - row(0)) / 6, right = (col(2) - col(0)) / 6;
+  const Vec3 middle = (row(0) + row(1) + row(2)) / 9, normal = down.cross(right);
+  double squared = 0;  // of the largest deviation within the plane
+  for (int v = 0; v < 9; ++v) {
+    const Vec3 deviation = at[v] - middle - (v / 3 - 1) * down - (v % 3 - 1) * right;
+    const double across = normal.dot(deviation);
+    squared = std::max(squared, deviation.squaredNorm() - across * across / normal.squaredNorm());
+  }
+  // The squares of the singular values are the eigenvalues of a symmetric 2 x 2 matrix.
+  const double a = down.squaredNorm(), b = right.squaredNorm(), c = down.dot(right);
+  const double smaller = 0.5 * (1 - 1e-12) * (a + b) - std::hypot(0.5 * (a - b), c);
+  const double room = std::sqrt(std::max(0.0, 0.5 * smaller)) - 2 * std::sqrt(squared) -
+                      static_cast<double>(largest_reach(window));
+  return std::nextafter(static_cast<float>(std::min(room, largest_room_)), -INFINITY);
+}
+
+// Sets the rooms of windows by the distances of their features.
+void FoldWatch::measure_rooms(std::span<const int> windows, std::span<const Vec3> x) {
   for (const int w : windows) room_[w] = static_cast<float>(largest_room_);
   std::vector<FourParticles> pairs;
   std::vector<PairInReach> found;
@@ -234,20 +283,25 @@ void FoldWatch::find_rooms(std::span<const int> windows, std::span<const Vec3> x
       room_[w] = std::min(room_[w], std::nextafter(static_cast<float>(room), -INFINITY));
     }
   }
+  for (const int w : windows) room_[w] -= rounding_;
 }
 
-// Looks at windows at the ends of the paths.
-void FoldWatch::look_at(std::span<const int> windows, const Paths& paths, int threads) {
+// Looks at windows at the ends of the paths. Their rooms are measured where the surface is not
+// smooth enough to prove more than `needed` (m).
+void FoldWatch::look_at(std::span<const int> windows, const Paths& paths, double needed,
+                        int threads) {
+  const double enough = needed + part_for_smooth * largest_room_;
   const int count = static_cast<int>(windows.size());
   parallel_for((count + windows_per_look - 1) / windows_per_look, threads, [&](int look) {
     const int first = look * windows_per_look;
-    const auto part = windows.subspan(first, std::min(windows_per_look, count - first));
-    find_rooms(part, paths.end);
-    for (const int w : part) {
-      room_[w] -= rounding_;
+    std::vector<int> others;
+    for (const int w : windows.subspan(first, std::min(windows_per_look, count - first))) {
+      room_[w] = smooth_room(w, paths.end) - rounding_;
       record(w);
       measure(w, 1, paths.is_path());
+      if (!has_room(w, enough)) others.push_back(w);
     }
+    measure_rooms(others, paths.end);
   });
 }
 
@@ -263,7 +317,7 @@ bool FoldWatch::follow(const Paths& paths, double stray, std::span<char> marks, 
   std::vector<int> used_up;
   for (int w = 0; w < window_count(); ++w)
     if (is_closed_[w] != 0 && !has_room(w, stray)) used_up.push_back(w);
-  look_at(used_up, paths, threads);
+  look_at(used_up, paths, stray, threads);
   std::erase_if(used_up, [&](int w) { return has_room(w, stray); });
   for (const int w : used_up) {
     is_closed_[w] = 0;
@@ -279,11 +333,16 @@ void FoldWatch::close(const Paths& paths, double stray, double room, int threads
     const double most = static_cast<double>(room_[w]) + 2 * static_cast<double>(moved_[w]);
     if (most >= stray + room) open.push_back(w);
   }
-  look_at(open, paths, threads);
+  look_at(open, paths, stray + room, threads);
   for (const int w : open) is_closed_[w] = has_room(w, stray + room) ? 1 : 0;
 }
 
 bool FoldWatch::covers(int quad, int other) const {
+  // Most pairs are adjacent quads in the midst of a patch, all of whose windows are closed.
+  const int stride = inner_stride_[quad], column = other - quad + stride + 1;
+  if (stride > 0 && column >= 0 && column % stride < 3 && column < 3 * stride &&
+      is_amid_closed(quad))
+    return true;
   for (const int w : windows_[quad]) {
     if (w < 0 || is_closed_[w] == 0) continue;
     if (std::ranges::find(windows_[other], w) != windows_[other].end()) return true;

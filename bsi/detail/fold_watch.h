@@ -1,6 +1,7 @@
 // Finds out where a surface may be folded so sharply that it comes within reach of itself.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
@@ -21,6 +22,13 @@ namespace weft::bsi {
 // room, relative to the middle, no pair comes within reach. Surfaces that bend slowly therefore
 // need few looks, however fast they move as a whole. Windows without room are open: what they
 // contain must be found by other means.
+//
+// A look first tries to do without distances. If the vertices were a linear image F u of their
+// places u in the grid, features without a common vertex would be at least s / sqrt(2) apart, where
+// s is the smaller singular value of F: in the grid itself, the nearest ones are a vertex and the
+// diagonal across its quad, 1 / sqrt(2) apart. Vertices that deviate from the linear image by at
+// most e take no more than 2 e off. Where a surface is smooth on the scale of its mesh, what is
+// left proves enough room.
 //
 // Windows extend across wrapped borders, and not across seams.
 class FoldWatch {
@@ -44,7 +52,8 @@ class FoldWatch {
 
   // Opens the windows in which pairs may come within reach plus `stray` (m) on the paths, and marks
   // their particles. Returns true if there are any. Windows that have used up their room are looked
-  // at once more before. 10 ns for each window, 2 us for each one looked at.
+  // at once more before. 10 ns for each window, 50 ns for each one looked at that is smooth, and
+  // 2 us for each other one.
   bool follow(const Paths& paths, double stray, std::span<char> marks, int threads);
   // Closes the open windows that have room for `stray` and `room` (m) on the paths of the last
   // follow(). Those that cannot have gained that room since the last look are not looked at.
@@ -79,11 +88,16 @@ class FoldWatch {
   int texel_of(int window, int vertex) const {
     return middle_of(window) + (vertex / 3 - 1) * grid_of(window).cols + vertex % 3 - 1;
   }
+  bool is_amid_closed(int quad) const {
+    return std::ranges::all_of(windows_[quad], [&](int w) { return w >= 0 && is_closed_[w] != 0; });
+  }
   float place(std::span<const Vec3> x, Components& at, int threads) const;
   void measure(int first, int count, bool is_path);
   void add_motion(int first, int count, const Components& at);
-  void look_at(std::span<const int> windows, const Paths& paths, int threads);
-  void find_rooms(std::span<const int> windows, std::span<const Vec3> x);
+  void look_at(std::span<const int> windows, const Paths& paths, double needed, int threads);
+  void measure_rooms(std::span<const int> windows, std::span<const Vec3> x);
+  float smooth_room(int window, std::span<const Vec3> x);
+  float largest_reach(int window);
   double reach_of_pair(int window, FeatureKind kind, int pair) const;
   void record(int window);
   bool has_room(int window, double needed) const {
@@ -99,13 +113,17 @@ class FoldWatch {
   std::vector<int> particle_, quad_;         // by texel of the grids: itself, the quad at its right
   std::vector<int> grid_of_window_;          // by window
   std::vector<std::array<int, 4>> windows_;  // by quad: around its corners, -1 where there is none
+  // By quad: columns of its patch, or 0 if the quad is at a border of its patch.
+  std::vector<int> inner_stride_;
   // By texel: present positions at the ends of the paths, m, relative to one of them. `rounding_`
   // (m) bounds what their rounding adds to the motion of a window.
   Components start_, end_;
   float rounding_ = 0;
   std::array<Components, ring_size> recorded_;  // by window, m, relative to the middle
   std::vector<float> room_, moved_;             // by window, m
-  std::vector<char> is_closed_;                 // by window
+  // By window: the largest reach of its pairs, m; negative until it is needed.
+  std::vector<float> largest_reach_;
+  std::vector<char> is_closed_;  // by window
 };
 
 }  // namespace weft::bsi

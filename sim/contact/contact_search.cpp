@@ -429,7 +429,7 @@ void ContactSearch::renew() {
 void ContactSearch::clear(std::size_t l) {
   states_[l] = {};
   static_cast<FeaturePairs&>(lists_[l]) = {};
-  ++changes_;
+  lists_[l].version = ++changes_;
 }
 
 double ContactSearch::growth_since_choice(const CandidateList& list) const {
@@ -484,8 +484,8 @@ void ContactSearch::select_of_two_bodies() {
 // Selects the candidates of a list.
 void ContactSearch::select(std::size_t l) {
   using Feature = BodyMotion::Feature;
-  ++changes_;
   CandidateList& list = lists_[l];
+  list.version = ++changes_;
   ListState& state = states_[l];
   state.selected_stray = stray(list);
   const auto motion = [&](int body, Feature kind) {

@@ -75,6 +75,8 @@ struct CandidateList : FeaturePairs {
   int body_b = 0;
   double thickness = 0;  // mean thickness of both bodies, m
   double drift = 0;      // m: no distance is below that of FeaturePair by more
+  // Number that no other list has, nor this one with other pairs; 0 before the first pairs.
+  std::int64_t version = 0;
   // Neighbourhoods at rest, across seams, of the vertices of body_a in body_b and of those of
   // body_b in body_a. Null for self, and where no seam joins the bodies or their meshes need none.
   const bsi::Neighbourhoods* first_across = nullptr;
@@ -176,6 +178,8 @@ class ContactSearch {
   // Returns the processor that runs the search. If a device fails, the CPU takes over with the same
   // results.
   const ComputeChoice& compute() const { return search_.choice; }
+  // Returns the distance (m) by which points may move until candidates are selected anew.
+  double candidate_slack() const { return candidate_slack_; }
   // Returns a number that changes whenever lists(), but for their drift, may have changed.
   std::int64_t changes() const { return changes_; }
   // Adds to the reason of compute() that the narrow phase of the device has failed.

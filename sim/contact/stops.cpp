@@ -71,7 +71,9 @@ std::optional<ContactFault> SurfaceContact::find_meetings(const PlacedPoints& st
   PhaseTimer timer(statistics_.phases.narrow_phase);
   begin_placing();
   const double least_gap = smallest_end * range_;
-  for (const PairGroup& group : groups_within(least_gap, short_range * least_gap)) {
+  KeptGroups kept;
+  for (const PairGroup* each : groups_within(least_gap, short_range * least_gap, kept)) {
+    const PairGroup& group = *each;
     place_nodes(group, start, end);
     statistics_.counters.narrow_phase_calls += static_cast<std::int64_t>(group.nodes.size());
     statistics_.counters.ccd_calls += static_cast<std::int64_t>(group.nodes.size());

@@ -22,6 +22,11 @@ namespace {
 // (docs/decisions/0096).
 constexpr int iterates_with_secants = 3;
 
+// Part of the slack of candidates (ContactSearch) by which distances may shrink until candidates
+// are selected from them anew. With less, this happens more often; with more, more of them are
+// measured.
+constexpr double part_for_groups = 0.25;
+
 // Returns the smallest index from `i` on at which a chunk of pairs may begin. For samples, all
 // pairs of a vertex belong to one chunk.
 std::size_t group_start(std::span<const bsi::FourParticles> nodes, bool samples, std::size_t i) {
@@ -149,53 +154,81 @@ ContactLaw SurfaceContact::law_of(const PairGroup& group, const std::array<int, 
   return law;
 }
 
+// Sets the properties of a group, but for its candidates: those of a list's vertex-triangle (kind
+// 0), triangle-vertex (1) or edge-edge (2) pairs.
+void SurfaceContact::describe(const CandidateList& list, int kind, PairGroup& group) const {
+  const SceneBody& first = scene_.bodies[kind == 0 ? list.body_a : list.body_b];
+  const SceneBody& second = scene_.bodies[kind == 0 ? list.body_b : list.body_a];
+  group.edges = kind == 2;
+  group.samples = !group.edges && first.dynamic;
+  group.thickness = list.thickness;
+  group.of_spheres = first.spheres != nullptr;
+  group.on_spheres = second.spheres != nullptr;
+  group.friction = group.has_spheres() ? spheres_.friction(list.body_a, list.body_b)
+                                       : friction_.of(list.body_a, list.body_b);
+  group.body_a = list.body_a;
+  group.body_b = list.body_b;
+  group.surface = kind == 0 ? list.body_b : list.body_a;
+  group.across = kind == 0 ? list.first_across : kind == 1 ? list.second_across : nullptr;
+}
+
+// Sets the candidates of a group to those of `pairs` whose distance in the list is at most `limit`.
+void SurfaceContact::select(const CandidateList& list, std::span<const FeaturePair> pairs,
+                            float limit, PairGroup& group) {
+  const SurfaceFeatures a(scene_.bodies[list.body_a]), b(scene_.bodies[list.body_b]);
+  const bool swapped = !group.edges && group.surface != list.body_b;
+  const SurfaceFeatures &first = swapped ? b : a, &second = swapped ? a : b;
+  const auto select_part = [&](int begin, int end, Nodes& part) {
+    part.clear();
+    for (int i = begin; i < end; ++i) {
+      if (pairs[i].distance > limit) continue;
+      part.nodes.push_back(points_of(group.edges, first, second, pairs[i]));
+      if (group.samples) part.triangles.push_back(pairs[i].b);
+    }
+  };
+  group.clear();
+  const int count = static_cast<int>(pairs.size());
+  for (const Nodes& part : parallel_parts(selected_, count, scene_.threads, select_part))
+    group.append(part);
+}
+
 // Returns the candidates that may be closer than thickness + reach. The reach is `sample_reach` for
-// samples and for all pairs with a sleeping body, and `reach` for other pairs.
-std::vector<SurfaceContact::PairGroup> SurfaceContact::groups_within(double sample_reach,
-                                                                     double reach) {
-  std::vector<PairGroup> groups;
-  for (const CandidateList& list : search_.lists()) {
+// samples and for all pairs with a sleeping body, and `reach` for other pairs. Candidates in `kept`
+// that are still complete are not selected again. Precondition: `kept` is empty, or was last used
+// with the same reaches.
+std::vector<const SurfaceContact::PairGroup*> SurfaceContact::groups_within(double sample_reach,
+                                                                            double reach,
+                                                                            KeptGroups& kept) {
+  const std::span<const CandidateList> lists = search_.lists();
+  kept.resize(lists.size());
+  std::vector<const PairGroup*> groups;
+  for (std::size_t l = 0; l < lists.size(); ++l) {
+    const CandidateList& list = lists[l];
+    GroupsOfList& of = kept[l];
     const std::vector<FeaturePair>* kinds[3] = {&list.vertex_triangle, &list.triangle_vertex,
                                                 &list.edge_edge};
+    const bool is_complete = of.version == list.version && list.drift <= of.drift;
+    if (!is_complete) {
+      of.version = list.version;
+      of.drift = list.drift + part_for_groups * search_.candidate_slack();
+    }
     for (int kind = 0; kind < 3; ++kind) {
-      if (kinds[kind]->empty()) continue;
-      PairGroup& group = groups.emplace_back();
-      group.edges = kind == 2;
-      group.samples = !group.edges && scene_.bodies[kind == 0 ? list.body_a : list.body_b].dynamic;
-      group.thickness = list.thickness;
-      group.of_spheres = scene_.bodies[kind == 0 ? list.body_a : list.body_b].spheres != nullptr;
-      group.on_spheres = scene_.bodies[kind == 0 ? list.body_b : list.body_a].spheres != nullptr;
-      group.friction = group.has_spheres() ? spheres_.friction(list.body_a, list.body_b)
-                                           : friction_.of(list.body_a, list.body_b);
-      group.body_a = list.body_a;
-      group.body_b = list.body_b;
-      group.surface = kind == 0 ? list.body_b : list.body_a;
-      if (kind != 2) group.across = kind == 0 ? list.first_across : list.second_across;
-      const bool whole_range = group.samples || scene_.bodies[list.body_b].sleeps;
-      const auto limit =
-          static_cast<float>(list.thickness + (whole_range ? sample_reach : reach) + list.drift) *
-          (1 + 1e-6F);
-      const SurfaceFeatures a(scene_.bodies[list.body_a]), b(scene_.bodies[list.body_b]);
-      const SurfaceFeatures &first = kind == 1 ? b : a, &second = kind == 1 ? a : b;
-      const std::span<const FeaturePair> pairs = *kinds[kind];
-      const int count = static_cast<int>(pairs.size());
-      const auto select = [&](int begin, int end, Nodes& part) {
-        part.clear();
-        for (int i = begin; i < end; ++i) {
-          if (pairs[i].distance > limit) continue;
-          part.nodes.push_back(points_of(group.edges, first, second, pairs[i]));
-          if (group.samples) part.triangles.push_back(pairs[i].b);
-        }
-      };
-      for (const Nodes& part : parallel_parts(selected_, count, scene_.threads, select))
-        group.append(part);
+      PairGroup& group = of.groups[kind];
+      if (!is_complete) {
+        describe(list, kind, group);
+        const bool whole_range = group.samples || scene_.bodies[list.body_b].sleeps;
+        const double within = list.thickness + (whole_range ? sample_reach : reach) + of.drift;
+        select(list, *kinds[kind], static_cast<float>(within) * (1 + 1e-6F), group);
+      }
+      if (!group.nodes.empty()) groups.push_back(&group);
     }
   }
   return groups;
 }
 
-// Appends the neighbours at rest that may touch. They have no thickness.
-void SurfaceContact::append_neighbours(std::vector<PairGroup>& groups) const {
+// Returns the neighbours at rest that may touch. They have no thickness.
+std::vector<SurfaceContact::PairGroup> SurfaceContact::neighbours() const {
+  std::vector<PairGroup> groups;
   for (const CandidateList& list : search_.lists()) {
     const auto limit = static_cast<float>(list.drift) * (1 + 1e-6F);
     for (const auto* pairs :
@@ -216,6 +249,7 @@ void SurfaceContact::append_neighbours(std::vector<PairGroup>& groups) const {
       if (!group.nodes.empty()) groups.push_back(std::move(group));
     }
   }
+  return groups;
 }
 
 void SurfaceContact::begin_placing() {
@@ -265,7 +299,8 @@ std::optional<ContactFault> SurfaceContact::evaluate(const PlacedPoints& now,
   }
   begin_placing();
   if (has_anchors()) place_anchors(now);
-  for (const PairGroup& group : groups_within(range_, short_range * range_)) {
+  for (const PairGroup* each : groups_within(range_, short_range * range_, in_range_)) {
+    const PairGroup& group = *each;
     place_nodes(group, now, now);
     note_touch(group, position);
     const int count = static_cast<int>(group.nodes.size());

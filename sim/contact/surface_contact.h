@@ -113,6 +113,7 @@ class SurfaceContact {
   void set_friction(double friction) {
     friction_.set_default(friction);
     spheres_.set_friction(friction);
+    in_range_.clear();
   }
   // Makes the matrices of later evaluations positive semi-definite, for long fixed steps. Negative
   // stiffness and damping of pairs, and the friction slope of subtracted terms, are set to zero.
@@ -215,6 +216,14 @@ class SurfaceContact {
     }
     Pair pair(std::size_t i) const { return {nodes[i], edges, thickness}; }
   };
+  // The groups of a CandidateList, valid while the list has this version and does not drift
+  // farther.
+  struct GroupsOfList {
+    std::int64_t version = -1;
+    double drift = 0;  // m
+    std::array<PairGroup, 3> groups;
+  };
+  using KeptGroups = std::vector<GroupsOfList>;  // by list
   // Lists for measuring one sample. The next sample reuses their memory.
   struct SampleScratch {
     std::vector<int> triangles;
@@ -251,8 +260,11 @@ class SurfaceContact {
   AnchorKey anchor_key(int point, int body, int surface) const;
   Vec3 from_anchor(const Anchor& anchor, std::span<const Vec3> position) const;
   void place_anchors(const PlacedPoints& now);
-  std::vector<PairGroup> groups_within(double sample_reach, double reach);
-  void append_neighbours(std::vector<PairGroup>& groups) const;
+  void describe(const CandidateList& list, int kind, PairGroup& group) const;
+  void select(const CandidateList& list, std::span<const FeaturePair> pairs, float limit,
+              PairGroup& group);
+  std::vector<const PairGroup*> groups_within(double sample_reach, double reach, KeptGroups& kept);
+  std::vector<PairGroup> neighbours() const;
   void note_touch(const PairGroup& group, std::span<const Vec3> position);
   void measure_part(const PairGroup& group, std::size_t first, std::size_t last,
                     std::span<const Vec3> position, std::span<const Vec3> velocity,
@@ -313,6 +325,7 @@ class SurfaceContact {
   std::vector<Vec3> rest_;                   // rest positions of all points, m
   std::vector<int> case_index_;              // by body, its number in the case
   std::vector<bsi::SurfaceTerms> surfaces_;  // by body
+  KeptGroups in_range_, on_path_;            // for evaluate() and find_path_fault()
   std::vector<double> body_reach_;           // m, by body: strays of a path and of curved surfaces
   std::vector<OpenPair> open_;
   std::vector<int> moving_obstacles_;  // indices of bodies that move and are not dynamic

@@ -71,9 +71,11 @@ std::optional<ContactFault> SurfaceContact::find_path_fault(const PlacedPoints& 
   }
   PhaseTimer timer(statistics_.phases.narrow_phase);
   begin_placing();
-  std::vector<PairGroup> groups = groups_within(0.0, 0.0);
-  append_neighbours(groups);
-  for (const PairGroup& group : groups) {
+  std::vector<const PairGroup*> groups = groups_within(0, 0, on_path_);
+  const std::vector<PairGroup> near = neighbours();
+  for (const PairGroup& group : near) groups.push_back(&group);
+  for (const PairGroup* each : groups) {
+    const PairGroup& group = *each;
     place_nodes(group, start, end);
     const int count = static_cast<int>(group.nodes.size());
     statistics_.counters.narrow_phase_calls += count;
@@ -154,7 +156,9 @@ std::optional<ContactFault> SurfaceContact::check_state(std::span<const Vec3> po
     return ContactFault{ContactFault::Kind::not_finite, {*bad}};
   *smallest_gap = std::numeric_limits<double>::infinity();
   std::optional<ContactFault> fault;
-  for (const PairGroup& group : groups_within(range_, range_)) {
+  KeptGroups kept;
+  for (const PairGroup* each : groups_within(range_, range_, kept)) {
+    const PairGroup& group = *each;
     for (std::size_t i = 0; i < group.nodes.size(); ++i) {
       const Pair pair = group.pair(i);
       const double gap =
@@ -164,9 +168,7 @@ std::optional<ContactFault> SurfaceContact::check_state(std::span<const Vec3> po
     }
   }
   if (fault) return fault;
-  std::vector<PairGroup> near;
-  append_neighbours(near);
-  for (const PairGroup& group : near) {
+  for (const PairGroup& group : neighbours()) {
     for (std::size_t i = 0; i < group.nodes.size(); ++i) {
       const Pair pair = group.pair(i);
       if (!(closest_of(pair.edges, pair.nodes, position).squared_distance > 0))

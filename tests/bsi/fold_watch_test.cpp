@@ -10,6 +10,7 @@
 #include <functional>
 #include <numbers>
 #include <optional>
+#include <random>
 
 #include "bsi/proximity.h"
 
@@ -25,10 +26,11 @@ constexpr FoldWatch::Reach reach{.vertices = 0.45 * spacing, .edges = 0.3 * spac
 class Watched {
  public:
   Watched(Atlas image, const Positions& rest, double neighbour_radius,
-          const FoldWatch::Reach& within)
+          const FoldWatch::Reach& within, double largest_room = spacing)
       : atlas_(std::move(image)), mesh_(build_mesh(atlas_)), reach_(within) {
     if (neighbour_radius > 0) neighbourhoods_.emplace(mesh_, rest, neighbour_radius);
-    watch_.emplace(atlas_, mesh_, neighbourhoods_ ? &*neighbourhoods_ : nullptr, reach_, spacing);
+    watch_.emplace(atlas_, mesh_, neighbourhoods_ ? &*neighbourhoods_ : nullptr, reach_,
+                   largest_room);
     marks_.assign(atlas_.particle_count(), 0);
   }
 
@@ -59,7 +61,11 @@ class Watched {
     const int quads = atlas_.quad_count();
     for (int a = 0; a < quads; ++a) {
       for (int b = a; b < quads; ++b) {
-        if (share_vertex(a, b)) check_pair(a, b, start, end, stray);
+        if (share_vertex(a, b)) {
+          check_pair(a, b, start, end, stray);
+        } else {
+          EXPECT_FALSE(watch_->covers(a, b) || watch_->covers(b, a)) << a << " " << b;
+        }
       }
     }
   }
@@ -167,6 +173,34 @@ TEST(FoldWatch, CoversNothingWithinReachOnWavesThatRiseAndFall) {
   EXPECT_GT(sheet.opened(), 10);
   EXPECT_GT(sheet.closed(), sheet.watch().window_count() + 10);
   EXPECT_GT(sheet.within_reach(), 100);
+}
+
+// Vertices of a flat sheet move within it, along the diagonals of quads: those across from a
+// diagonal come within reach of it, although windows are close to linear images of the grid.
+TEST(FoldWatch, CoversNothingWithinReachWhereASheetIsSquashedInItsPlane) {
+  std::mt19937 random(5);
+  int within_reach = 0, closed = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const double shear = trial % 4 == 1 ? 0.2 : 0,
+                 largest = spacing * (trial % 3 == 0 ? 0.06 : 0.135);
+    std::uniform_int_distribution sign(-1, 1);
+    const Vec3 along = Vec3(1, trial % 2 == 0 ? 1 : -1, 0).normalized();
+    const Positions x = placed(6, 6, [&](int row, int col) {
+      const Vec3 linear(spacing * (col + shear * row), spacing * row, 0);
+      // In every second pair of trials, one vertex approaches the ends of a diagonal, which
+      // approach it.
+      const int from_middle = row == 2 && col == 2                         ? 1
+                              : std::abs(row - 2) + std::abs(col - 2) == 1 ? -1
+                                                                           : 0;
+      return Vec3(linear + largest * (trial % 4 < 2 ? sign(random) : from_middle) * along);
+    });
+    Watched sheet(Atlas({Patch{.rows = 6, .cols = 6}}), x, 0, reach, 0.1 * spacing);
+    sheet.follow(x);
+    within_reach += sheet.within_reach();
+    closed += sheet.closed();
+  }
+  EXPECT_GT(within_reach, 100);
+  EXPECT_GT(closed, 100);
 }
 
 // One corner of the sheet folds over and back.
