@@ -492,9 +492,7 @@ void ContactSearch::select(std::size_t l) {
     return motion_.features(body, kind, list.is_self());
   };
   const double reach = candidate_slack_ + state.selected_stray;
-  auto starts = state.starts.begin();
   list.for_each_with(state.pairs, [&](auto& selected, auto& all, bool edges, bool near) {
-    const std::vector<int>& starts_of_all = *starts++;
     selected.clear();
     if (all.empty()) return;
     const bool swapped =
@@ -503,16 +501,15 @@ void ContactSearch::select(std::size_t l) {
     const int other = swapped ? list.body_a : list.body_b;
     const double range = edges ? range_of_edges(list) : range_of_vertices(list, one);
     const double distance = reach + (near ? 0 : list.thickness + range);
-    const PairSelection selection(all, starts_of_all, distance,
+    const PairSelection selection(all, distance,
                                   motion(one, edges ? Feature::edge : Feature::vertex),
                                   motion(other, edges ? Feature::edge : Feature::triangle));
-    using Pairs = std::vector<FeaturePair>;
-    const auto select_part = [&](int first, int last, Pairs& part) {
-      selection.take(first, last, part);
+    const auto select_part = [&](int first, int last, Selected& part) {
+      part.pairs = selection.take(first, last, part.room);
     };
-    for (const Pairs& part :
-         parallel_parts(selected_, selection.features(), scene_.threads, select_part))
-      selected.insert(selected.end(), part.begin(), part.end());
+    for (const Selected& part :
+         parallel_parts(selected_, static_cast<int>(all.size()), scene_.threads, select_part))
+      selected.insert(selected.end(), part.pairs.begin(), part.pairs.end());
   });
 }
 
@@ -594,11 +591,6 @@ void ContactSearch::build_lists() {
     const auto renewed = states_[l].whole ? std::span<const char>() : snapshot.renewed();
     collect_features(scene_, list, {ends, quad_pairs_[i], reaches, renewed}, states_[l].pairs,
                      statistics_.counters);
-    auto starts = states_[l].starts.begin();
-    states_[l].pairs.for_each_with(
-        states_[l].pairs, [&](const auto& pairs, const auto&, bool /*edges*/, bool /*near*/) {
-          *starts++ = feature_starts(pairs);
-        });
     states_[l].whole = false;
   }
   std::ranges::fill(folded_, 0);

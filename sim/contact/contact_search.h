@@ -196,8 +196,10 @@ class ContactSearch {
     double stray = 0;    // m, sum of the strays of both bodies for which `pairs` is complete
     double selected_stray = 0;  // m, the same for the candidates
     FeaturePairs pairs;         // the pairs that are near in the snapshot
-    // feature_starts() of each list of `pairs`, in the order of for_each_with()
-    std::array<std::vector<int>, FeaturePairs::list_count> starts;
+  };
+  struct Selected {
+    std::vector<FeaturePair> room;
+    std::span<const FeaturePair> pairs;  // in `room`
   };
   // The records that an update makes anew for one body.
   struct Renewal {
@@ -271,10 +273,10 @@ class ContactSearch {
   std::vector<char> placed_;  // by body: nonzero if this update gives it a new box
   std::vector<CandidateList> lists_;
   std::int64_t changes_ = 0;
-  std::vector<ListState> states_;                   // by list
-  std::vector<std::vector<FeaturePair>> selected_;  // by chunk of the last selection
-  std::vector<Renewal> renewals_;                   // by body
-  std::vector<int> near_bodies_;                    // indices of the bodies of near lists
+  std::vector<ListState> states_;   // by list
+  std::vector<Selected> selected_;  // by chunk of the last selection
+  std::vector<Renewal> renewals_;   // by body
+  std::vector<int> near_bodies_;    // indices of the bodies of near lists
   // By body: nonzero if the pyramid of its record among placed or own positions is up to date.
   std::vector<char> placed_pyramid_, own_pyramid_;
   ChosenSearch search_;

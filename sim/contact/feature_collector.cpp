@@ -290,15 +290,20 @@ class Gatherer {
 
   void add_edges(const bsi::LeafPair& pair) {
     const PathBox quad = b_.quad_box(pair.b);
+    const std::span<const int> edges_b = b_.mesh().edges_of_quad(pair.b);
+    boxes_b_.clear();
     for (int e : a_.mesh().edges_of_quad(pair.a)) {
       const PathBox box = a_.edge_box(e);
       if (are_apart(box, quad, reach_.edges)) continue;
+      for (std::size_t k = boxes_b_.size(); k < edges_b.size(); ++k)
+        boxes_b_.push_back(b_.edge_box(edges_b[k]));
       const auto [x0, x1] = a_.edge(e);
-      for (int f : b_.mesh().edges_of_quad(pair.b)) {
+      for (std::size_t k = 0; k < edges_b.size(); ++k) {
+        const int f = edges_b[k];
         if (self_ && pair.a == pair.b && f <= e) continue;
+        if (are_apart(box, boxes_b_[k], reach_.edges)) continue;
         const auto [x2, x3] = b_.edge(f);
         if (x0 == x2 || x0 == x3 || x1 == x2 || x1 == x3) continue;
-        if (are_apart(box, b_.edge_box(f), reach_.edges)) continue;
         const bool swap = self_ && f < e;
         add({x0, x1, x2, x3}, 2, swap ? f : e, swap ? e : f,
             batches_[are_near_edges(e, f) ? near_edge_edge : edge_edge]);
@@ -332,6 +337,7 @@ class Gatherer {
   const BoxedFeatures &a_, &b_;
   double quad_reach_;  // m, largest reach, and more than rounding adds to the gap of two quads
   Batches batches_;
+  std::vector<PathBox> boxes_b_;  // of the edges of the quad of b
 };
 
 // The pairs of features found in one chunk of quad pairs.
@@ -382,7 +388,7 @@ void keep_in_reach(FeatureKind kind, const Batch& batch, const PathEnds& path, d
 }
 
 // Joins the lists with index `which` of all chunks. A counting sort orders the pairs by a, where 0
-// <= a < count_a. The few pairs with the same a are then sorted by distance.
+// <= a < count_a. The few pairs with the same a are then sorted by b.
 void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_a, int threads,
                  std::vector<FeaturePair>& out) {
   std::vector<int> start(count_a + 1, 0);
@@ -395,9 +401,7 @@ void join_sorted(const std::vector<Found>& chunks, int which, std::size_t count_
     for (const FeaturePair& pair : chunk.lists[which]) out[next[pair.a]++] = pair;
   bsi::parallel_for(static_cast<int>(count_a), threads, [&](int a) {
     std::sort(out.begin() + start[a], out.begin() + start[a + 1],
-              [](const FeaturePair& p, const FeaturePair& q) {
-                return p.distance < q.distance || (p.distance == q.distance && p.b < q.b);
-              });
+              [](const FeaturePair& p, const FeaturePair& q) { return p.b < q.b; });
   });
 }
 

@@ -44,9 +44,8 @@ struct FeatureQuery {
 // `pairs` then contains all vertex-triangle and edge-edge pairs that come within their reach on the
 // paths, and a few other pairs near each other. Each pair occurs once. Features
 // that share a vertex or are sewn together, and pairs without a free point, are left out.
-// FeaturePair::distance is a lower bound along the path. Pairs are sorted by their first feature,
-// and those of one feature by distance. Precondition: `pairs` was complete for the
-// same reach and the same paths of points without a mark.
+// FeaturePair::distance is a lower bound along the path. Pairs are sorted by (a, b). Precondition:
+// `pairs` was complete for the same reach and the same paths of points without a mark.
 void collect_features(const Scene& scene, const CandidateList& list, const FeatureQuery& query,
                       FeaturePairs& pairs, Counters& counters);
 

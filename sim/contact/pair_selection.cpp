@@ -9,42 +9,43 @@ namespace {
 // Cover the rounding of sums in float32.
 constexpr float above_rounding = 1 + 1e-6F, below_rounding = 1 - 1e-6F;
 
+// Reads the motions of features without a branch.
+class Motions {
+ public:
+  explicit Motions(const FeatureMotion& motion)
+      : each_(motion.each.empty() ? &motion.largest : motion.each.data()),
+        stride_(motion.each.empty() ? 0 : 1) {}
+  float operator[](int feature) const {
+    return each_[static_cast<std::ptrdiff_t>(feature) * stride_] * above_rounding;
+  }
+
+ private:
+  const float* each_;
+  std::ptrdiff_t stride_;
+};
+
 }  // namespace
 
-std::vector<int> feature_starts(std::span<const FeaturePair> pairs) {
-  std::vector<int> starts;
-  for (std::size_t i = 0; i < pairs.size(); ++i)
-    if (i == 0 || pairs[i].a != pairs[i - 1].a) starts.push_back(static_cast<int>(i));
-  starts.push_back(static_cast<int>(pairs.size()));
-  return starts;
-}
-
-PairSelection::PairSelection(std::span<const FeaturePair> pairs, std::span<const int> starts,
-                             double within, const FeatureMotion& first, const FeatureMotion& second)
+PairSelection::PairSelection(std::span<const FeaturePair> pairs, double within,
+                             const FeatureMotion& first, const FeatureMotion& second)
     : pairs_(pairs),
-      starts_(starts),
       limit_(static_cast<float>(within) * above_rounding),
       first_(first),
       second_(second) {}
 
-// Looks at no more than the nearest of the pairs with the same first feature.
-void PairSelection::take(int begin, int end, std::vector<FeaturePair>& selected) const {
-  selected.clear();
-  const auto by_second = [](const FeaturePair& p, const FeaturePair& q) { return p.b < q.b; };
-  const float with_second = limit_ + second_.largest * above_rounding;
-  for (int feature = begin; feature < end; ++feature) {
-    const std::size_t last = starts_[feature + 1];
-    std::size_t i = starts_[feature];
-    const float moved = first_[pairs_[i].a] * above_rounding, none_beyond = with_second + moved;
-    const auto from = static_cast<std::ptrdiff_t>(selected.size());
-    for (; i < last && pairs_[i].distance <= none_beyond; ++i) {
-      const float both = moved + second_[pairs_[i].b] * above_rounding;
-      if (pairs_[i].distance > limit_ + both) continue;
-      selected.push_back(
-          {pairs_[i].a, pairs_[i].b, std::max(0.0F, pairs_[i].distance * below_rounding - both)});
-    }
-    std::sort(selected.begin() + from, selected.end(), by_second);
+// Writes each pair, and keeps it if it is a candidate. Which pairs are candidates is hard to
+// predict, so that branches would take longer.
+std::span<const FeaturePair> PairSelection::take(int begin, int end,
+                                                 std::vector<FeaturePair>& room) const {
+  const Motions first(first_), second(second_);
+  if (std::ssize(room) < end - begin) room.resize(end - begin);
+  int count = 0;
+  for (const auto& [a, b, distance] : pairs_.subspan(begin, end - begin)) {
+    const float both = first[a] + second[b];
+    room[count] = {a, b, std::max(0.0F, distance * below_rounding - both)};
+    count += static_cast<int>(distance <= limit_ + both);
   }
+  return std::span(room).first(count);
 }
 
 }  // namespace weft::sim

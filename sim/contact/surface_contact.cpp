@@ -178,17 +178,23 @@ void SurfaceContact::select(const CandidateList& list, std::span<const FeaturePa
   const SurfaceFeatures a(scene_.bodies[list.body_a]), b(scene_.bodies[list.body_b]);
   const bool swapped = !group.edges && group.surface != list.body_b;
   const SurfaceFeatures &first = swapped ? b : a, &second = swapped ? a : b;
-  const auto select_part = [&](int begin, int end, Nodes& part) {
+  // The first loop has no branch, which would be hard to predict.
+  const auto select_part = [&](int begin, int end, Selected& part) {
     part.clear();
+    part.numbers.resize(end - begin);
+    int selected = 0;
     for (int i = begin; i < end; ++i) {
-      if (pairs[i].distance > limit) continue;
+      part.numbers[selected] = i;
+      selected += pairs[i].distance <= limit ? 1 : 0;
+    }
+    for (const int i : std::span(part.numbers).first(selected)) {
       part.nodes.push_back(points_of(group.edges, first, second, pairs[i]));
       if (group.samples) part.triangles.push_back(pairs[i].b);
     }
   };
   group.clear();
   const int count = static_cast<int>(pairs.size());
-  for (const Nodes& part : parallel_parts(selected_, count, scene_.threads, select_part))
+  for (const Selected& part : parallel_parts(selected_, count, scene_.threads, select_part))
     group.append(part);
 }
 

@@ -196,6 +196,9 @@ class SurfaceContact {
       triangles.clear();
     }
   };
+  struct Selected : Nodes {
+    std::vector<int> numbers;  // of pairs, as many as may be selected
+  };
   // Candidates from one CandidateList: its vertex-triangle, triangle-vertex or edge-edge pairs.
   struct PairGroup : Nodes {
     bool edges = false;
@@ -338,7 +341,7 @@ class SurfaceContact {
   std::vector<Sliding> sliding_;
   std::vector<MollifierForce> mollified_;
   // By chunk of the last loop: the pairs selected, and what was found.
-  std::vector<Nodes> selected_;
+  std::vector<Selected> selected_;
   std::vector<Found> found_;
   std::unique_ptr<DeviceContact> device_;  // null if the CPU evaluates
   std::int64_t on_device_ = -1;            // ContactSearch::changes() of the device's candidates
