@@ -16,8 +16,9 @@ namespace {
 constexpr int windows_per_look = 32;
 constexpr int texels_per_part = 1024;
 
-// Upper bound of the rounding errors in the motion of a window, as a fraction of the distance of
-// the farthest particle from the first one: those of eight numbers in float32, and of sums.
+// Upper bound of the rounding errors in the motion and the room of a window, as a fraction of the
+// distance of the farthest particle from the first one: those of eight numbers in float32, of sums,
+// and of deviations within a plane, which may be small differences of 1e-8 of their terms.
 constexpr float rounding_per_metre = 1e-6F;
 
 // Part of the largest room that a linear image of the grid must prove. With less, windows are
@@ -233,8 +234,9 @@ float FoldWatch::largest_reach(int window) {
   return largest;
 }
 
-// Returns a lower bound of the room (m) of a window. It is close to the room where the surface is
-// smooth, and may be negative or NaN elsewhere.
+// Returns a lower bound of the room (m) of a window, which may be negative. It is close to the room
+// where the surface is smooth, its texels are about square, and all pairs have about the same
+// reach.
 float FoldWatch::smooth_room(int window, std::span<const Vec3> x) {
   std::array<Vec3, 9> at;
   for (int v = 0; v < 9; ++v) at[v] = x[particle_[texel_of(window, v)]];
@@ -243,11 +245,13 @@ float FoldWatch::smooth_room(int window, std::span<const Vec3> x) {
   // The linear image that fits the vertices best.
   const Vec3 down = (row(2) - row(0)) / 6, right = (col(2) - col(0)) / 6;
   const Vec3 middle = (row(0) + row(1) + row(2)) / 9, normal = down.cross(right);
+  const double squared_area = normal.squaredNorm();
+  if (!(squared_area > 0)) return -INFINITY;
   double squared = 0;  // of the largest deviation within the plane
   for (int v = 0; v < 9; ++v) {
     const Vec3 deviation = at[v] - middle - (v / 3 - 1) * down - (v % 3 - 1) * right;
     const double across = normal.dot(deviation);
-    squared = std::max(squared, deviation.squaredNorm() - across * across / normal.squaredNorm());
+    squared = std::max(squared, deviation.squaredNorm() - across * across / squared_area);
   }
   // The squares of the singular values are the eigenvalues of a symmetric 2 x 2 matrix.
   const double a = down.squaredNorm(), b = right.squaredNorm(), c = down.dot(right);
@@ -286,8 +290,8 @@ void FoldWatch::measure_rooms(std::span<const int> windows, std::span<const Vec3
   for (const int w : windows) room_[w] -= rounding_;
 }
 
-// Looks at windows at the ends of the paths. Their rooms are measured where the surface is not
-// smooth enough to prove more than `needed` (m).
+// Looks at windows at the ends of the paths. Their rooms are measured where the surface is not so
+// smooth that they prove to be `needed` (m), and some more.
 void FoldWatch::look_at(std::span<const int> windows, const Paths& paths, double needed,
                         int threads) {
   const double enough = needed + part_for_smooth * largest_room_;

@@ -23,12 +23,13 @@ namespace weft::bsi {
 // need few looks, however fast they move as a whole. Windows without room are open: what they
 // contain must be found by other means.
 //
-// A look first tries to do without distances. If the vertices were a linear image F u of their
-// places u in the grid, features without a common vertex would be at least s / sqrt(2) apart, where
-// s is the smaller singular value of F: in the grid itself, the nearest ones are a vertex and the
-// diagonal across its quad, 1 / sqrt(2) apart. Vertices that deviate from the linear image by at
-// most e take no more than 2 e off. Where a surface is smooth on the scale of its mesh, what is
-// left proves enough room.
+// A look first tries to do without distances. If the vertices were an image c + F u of their places
+// u in the grid, with a vector c and a matrix F, features without a common vertex would be at least
+// s / sqrt(2) apart, where s is the smaller singular value of F: in the grid itself, the nearest
+// ones are 1 / sqrt(2) apart, as a vertex and the diagonal across its quad. Vertices that deviate
+// from the image by at most e within its plane take no more than 2 e off; deviations across the
+// plane take nothing. Where a surface is smooth on the scale of its mesh, what is left proves
+// enough room.
 //
 // Windows extend across wrapped borders, and not across seams.
 class FoldWatch {

@@ -75,7 +75,8 @@ struct CandidateList : FeaturePairs {
   int body_b = 0;
   double thickness = 0;  // mean thickness of both bodies, m
   double drift = 0;      // m: no distance is below that of FeaturePair by more
-  // Number that no other list has, nor this one with other pairs; 0 before the first pairs.
+  // Changes whenever the pairs change, to a number that no other list has or had. 0 while the list
+  // has had no pairs yet.
   std::int64_t version = 0;
   // Neighbourhoods at rest, across seams, of the vertices of body_a in body_b and of those of
   // body_b in body_a. Null for self, and where no seam joins the bodies or their meshes need none.
@@ -178,7 +179,8 @@ class ContactSearch {
   // Returns the processor that runs the search. If a device fails, the CPU takes over with the same
   // results.
   const ComputeChoice& compute() const { return search_.choice; }
-  // Returns the distance (m) by which points may move until candidates are selected anew.
+  // Returns the distance (m) by which the motions of two features, with the strays of their paths,
+  // may grow together until candidates are selected anew.
   double candidate_slack() const { return candidate_slack_; }
   // Returns a number that changes whenever lists(), but for their drift, may have changed.
   std::int64_t changes() const { return changes_; }

@@ -154,8 +154,8 @@ ContactLaw SurfaceContact::law_of(const PairGroup& group, const std::array<int, 
   return law;
 }
 
-// Sets the properties of a group, but for its candidates: those of a list's vertex-triangle (kind
-// 0), triangle-vertex (1) or edge-edge (2) pairs.
+// Sets the properties of a group, but for its candidates and its friction: those of a list's
+// vertex-triangle (kind 0), triangle-vertex (1) or edge-edge (2) pairs.
 void SurfaceContact::describe(const CandidateList& list, int kind, PairGroup& group) const {
   const SceneBody& first = scene_.bodies[kind == 0 ? list.body_a : list.body_b];
   const SceneBody& second = scene_.bodies[kind == 0 ? list.body_b : list.body_a];
@@ -164,15 +164,13 @@ void SurfaceContact::describe(const CandidateList& list, int kind, PairGroup& gr
   group.thickness = list.thickness;
   group.of_spheres = first.spheres != nullptr;
   group.on_spheres = second.spheres != nullptr;
-  group.friction = group.has_spheres() ? spheres_.friction(list.body_a, list.body_b)
-                                       : friction_.of(list.body_a, list.body_b);
   group.body_a = list.body_a;
   group.body_b = list.body_b;
   group.surface = kind == 0 ? list.body_b : list.body_a;
   group.across = kind == 0 ? list.first_across : kind == 1 ? list.second_across : nullptr;
 }
 
-// Sets the candidates of a group to those of `pairs` whose distance in the list is at most `limit`.
+// Adds the `pairs` whose distance in the list is at most `limit` to a group.
 void SurfaceContact::select(const CandidateList& list, std::span<const FeaturePair> pairs,
                             float limit, PairGroup& group) {
   const SurfaceFeatures a(scene_.bodies[list.body_a]), b(scene_.bodies[list.body_b]);
@@ -192,7 +190,6 @@ void SurfaceContact::select(const CandidateList& list, std::span<const FeaturePa
       if (group.samples) part.triangles.push_back(pairs[i].b);
     }
   };
-  group.clear();
   const int count = static_cast<int>(pairs.size());
   for (const Selected& part : parallel_parts(selected_, count, scene_.threads, select_part))
     group.append(part);
@@ -211,25 +208,37 @@ std::vector<const SurfaceContact::PairGroup*> SurfaceContact::groups_within(doub
   for (std::size_t l = 0; l < lists.size(); ++l) {
     const CandidateList& list = lists[l];
     GroupsOfList& of = kept[l];
-    const std::vector<FeaturePair>* kinds[3] = {&list.vertex_triangle, &list.triangle_vertex,
-                                                &list.edge_edge};
-    const bool is_complete = of.version == list.version && list.drift <= of.drift;
-    if (!is_complete) {
-      of.version = list.version;
+    if (of.version != list.version || list.drift > of.drift) {
+      of.version = -1;
       of.drift = list.drift + part_for_groups * search_.candidate_slack();
+      select_groups(list, sample_reach, reach, of);
+      of.version = list.version;
     }
-    for (int kind = 0; kind < 3; ++kind) {
-      PairGroup& group = of.groups[kind];
-      if (!is_complete) {
-        describe(list, kind, group);
-        const bool whole_range = group.samples || scene_.bodies[list.body_b].sleeps;
-        const double within = list.thickness + (whole_range ? sample_reach : reach) + of.drift;
-        select(list, *kinds[kind], static_cast<float>(within) * (1 + 1e-6F), group);
-      }
-      if (!group.nodes.empty()) groups.push_back(&group);
+    for (PairGroup& group : of.groups) {
+      if (group.nodes.empty()) continue;
+      // The coefficient may vary in time.
+      group.friction = group.has_spheres() ? spheres_.friction(list.body_a, list.body_b)
+                                           : friction_.of(list.body_a, list.body_b);
+      groups.push_back(&group);
     }
   }
   return groups;
+}
+
+// Selects the groups of a list that drifts no farther than `of.drift`.
+void SurfaceContact::select_groups(const CandidateList& list, double sample_reach, double reach,
+                                   GroupsOfList& of) {
+  const std::vector<FeaturePair>* kinds[3] = {&list.vertex_triangle, &list.triangle_vertex,
+                                              &list.edge_edge};
+  for (int kind = 0; kind < 3; ++kind) {
+    PairGroup& group = of.groups[kind];
+    group.clear();
+    if (kinds[kind]->empty()) continue;
+    describe(list, kind, group);
+    const bool whole_range = group.samples || scene_.bodies[list.body_b].sleeps;
+    const double within = list.thickness + (whole_range ? sample_reach : reach) + of.drift;
+    select(list, *kinds[kind], static_cast<float>(within) * (1 + 1e-6F), group);
+  }
 }
 
 // Returns the neighbours at rest that may touch. They have no thickness.

@@ -113,7 +113,6 @@ class SurfaceContact {
   void set_friction(double friction) {
     friction_.set_default(friction);
     spheres_.set_friction(friction);
-    in_range_.clear();
   }
   // Makes the matrices of later evaluations positive semi-definite, for long fixed steps. Negative
   // stiffness and damping of pairs, and the friction slope of subtracted terms, are set to zero.
@@ -266,6 +265,8 @@ class SurfaceContact {
   void describe(const CandidateList& list, int kind, PairGroup& group) const;
   void select(const CandidateList& list, std::span<const FeaturePair> pairs, float limit,
               PairGroup& group);
+  void select_groups(const CandidateList& list, double sample_reach, double reach,
+                     GroupsOfList& of);
   std::vector<const PairGroup*> groups_within(double sample_reach, double reach, KeptGroups& kept);
   std::vector<PairGroup> neighbours() const;
   void note_touch(const PairGroup& group, std::span<const Vec3> position);

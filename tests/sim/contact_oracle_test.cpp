@@ -363,5 +363,50 @@ TEST(ContactOracle, PathsThatEndWithoutAGapAreRefused) {
   EXPECT_FALSE(contact.check_path(start, strips(*scene, {1.25 * thickness, 0, 0})));
 }
 
+// Contact keeps candidates from one evaluation to the next. One that is new at every state must
+// agree with one that follows, by steps much shorter than the slack.
+TEST(ContactOracle, PairsOfContactThatFollowsAreThoseOfNewContact) {
+  const auto scene = scene_of(one_sheet);
+  Statistics statistics;
+  Contact followed(*scene, statistics);
+  const Positions rest(scene->initial_position.size(), Vec3::Zero());
+  const auto pairs = [&](Contact& contact, const Positions& positions) {
+    EXPECT_FALSE(contact.evaluate(positions, rest, 1));
+    std::vector<std::pair<std::array<int, 4>, double>> found;
+    for (const ContactPair& pair : contact.pairs()) found.emplace_back(pair.nodes, pair.gap);
+    return found;
+  };
+  std::size_t fewest = 1000, most = 0;
+  for (int k = 0; k < 200; ++k) {
+    const Positions now = shifted(folded(*scene, reach + 0.001 - 5e-5 * k), 0.0004, 3);
+    Contact anew(*scene, statistics);
+    const auto expected = pairs(anew, now);
+    EXPECT_EQ(pairs(followed, now), expected) << k;
+    fewest = std::min(fewest, expected.size());
+    most = std::max(most, expected.size());
+  }
+  EXPECT_LT(fewest, 10U);
+  EXPECT_GT(most, 40U);
+}
+
+// Paths keep candidates, too.
+TEST(ContactOracle, PathsOfContactThatFollowsAreAnsweredAsByNewContact) {
+  const auto scene = scene_of(one_sheet);
+  Statistics statistics;
+  Contact followed(*scene, statistics);
+  const auto state = [&](int k) {
+    return shifted(folded(*scene, thickness + 0.006 - 5e-5 * k), 0.0004, 3);
+  };
+  int refused = 0;
+  for (int k = 0; k < 160; ++k) {
+    Contact anew(*scene, statistics);
+    const bool is_refused = anew.check_path(state(k), state(k + 1)).has_value();
+    EXPECT_EQ(followed.check_path(state(k), state(k + 1)).has_value(), is_refused) << k;
+    refused += is_refused ? 1 : 0;
+  }
+  EXPECT_GT(refused, 10);
+  EXPECT_LT(refused, 150);
+}
+
 }  // namespace
 }  // namespace weft::sim::contact_oracle_test
