@@ -21,8 +21,8 @@ constexpr int texels_per_part = 1024;
 // and of deviations within a plane, which may be small differences of 1e-8 of their terms.
 constexpr float rounding_per_metre = 1e-6F;
 
-// Part of the largest room that a linear image of the grid must prove. With less, windows are
-// looked at more often; with more, their distances are measured more often.
+// Part of the largest room that smooth_room() must find beyond what is needed. With less, windows
+// are looked at more often; with more, their distances are measured more often.
 constexpr double part_for_smooth = 0.0625;
 
 // The features of a window, by its nine vertices: row by row, the middle is 4.

@@ -22,9 +22,9 @@ namespace {
 // (docs/decisions/0096).
 constexpr int iterates_with_secants = 3;
 
-// Part of the slack of candidates (ContactSearch) by which distances may shrink until candidates
-// are selected from them anew. With less, this happens more often; with more, more of them are
-// measured.
+// Part of ContactSearch::candidate_slack() by which distances may shrink until those candidates
+// that can be in reach are selected anew. With less, this happens more often; with more, more of
+// them are measured.
 constexpr double part_for_groups = 0.25;
 
 // Returns the smallest index from `i` on at which a chunk of pairs may begin. For samples, all

@@ -218,8 +218,8 @@ class SurfaceContact {
     }
     Pair pair(std::size_t i) const { return {nodes[i], edges, thickness}; }
   };
-  // The groups of a CandidateList, valid while the list has this version and does not drift
-  // farther.
+  // The groups of a CandidateList. They are complete while the list has this version and does not
+  // drift farther.
   struct GroupsOfList {
     std::int64_t version = -1;
     double drift = 0;  // m
