@@ -3,6 +3,7 @@
 #include "materials/fabric_membrane.h"
 
 #include "sim/base/parallel.h"
+#include "sim/base/prefetch.h"
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/membrane_quads.h"
 #include "sim/scene/cloth_laws.h"
@@ -129,6 +130,7 @@ class FabricMembraneForce final : public Force {
   }
   WEFT_FLATTEN void add_batch(int first, std::span<const Vec3> position,
                               std::span<Vec3> force) const {
+    prefetch(membranes_, first / lane_count + 1);
     const Corners x = quads_.gather(first, position);
     const auto forces = [&](int t) {
       const Nodes edges = materials::opposite_edges(triangle_nodes(x, t));
@@ -139,6 +141,7 @@ class FabricMembraneForce final : public Force {
   }
   WEFT_FLATTEN void add_damped_batch(int first, const Kinematics& state,
                                      std::span<Vec3> force) const {
+    prefetch(membranes_, first / lane_count + 1);
     const Corners x = quads_.gather(first, state.position);
     const Corners v = quads_.gather(first, state.velocity);
     const auto forces = [&](int t) {
@@ -151,6 +154,7 @@ class FabricMembraneForce final : public Force {
 
   WEFT_FLATTEN void add_batch_derivatives(int first, const Kinematics& state,
                                           const Derivatives& into, bool semi_definite) const {
+    prefetch(membranes_, first / lane_count + 1);
     const Corners x = quads_.gather(first, state.position);
     QuadBlocks stiffness, damping;
     stiffness.blocks.fill(Mat3Of<Lanes>::Zero());

@@ -2,6 +2,7 @@
 
 #include "materials/orthotropic_membrane.h"
 #include "sim/base/parallel.h"
+#include "sim/base/prefetch.h"
 #include "sim/forces/force_arrays.h"
 #include "sim/forces/force_group.h"
 #include "sim/forces/membrane_quads.h"
@@ -128,6 +129,7 @@ class MembraneForce final : public Force {
            materials::membrane_energy(other, triangle_nodes(x, 1));
   }
   WEFT_FLATTEN void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
+    prefetch(membranes_, first / lane_count + 1);
     const Corners x = quads_.gather(first, state.position);
     const Corners v = quads_.gather(first, state.velocity);
     const auto& [one, other] = membranes_[first / lane_count];
@@ -141,6 +143,7 @@ class MembraneForce final : public Force {
                                        std::span<Vec3> force) const {
     MembraneStencils::RunScatter run = quads_.scatter_runs(force);
     for (int batch = first; batch < last; batch += lane_count) {
+      prefetch(membranes_, batch / lane_count + 1);
       if (quads_.is_run(batch)) {
         run.add(batch, undamped_forces(batch, quads_.gather_run(batch, position)));
       } else {
@@ -160,6 +163,7 @@ class MembraneForce final : public Force {
 
   WEFT_FLATTEN void add_batch_derivatives(int first, const Kinematics& state,
                                           const Derivatives& into, bool pull_only) const {
+    prefetch(membranes_, first / lane_count + 1);
     const Corners x = quads_.gather(first, state.position);
     const Corners v = quads_.gather(first, state.velocity);
     QuadBlocks blocks = material_blocks(first, x);

@@ -7,6 +7,7 @@
 
 #include "materials/bending.h"
 #include "sim/base/parallel.h"
+#include "sim/base/prefetch.h"
 #include "sim/forces/bending_quads.h"
 #include "sim/forces/force.h"
 #include "sim/forces/quad_hinges.h"
@@ -162,6 +163,7 @@ class BendingForce : public QuadBending {
     return batch_of(first).energy(strains_at(first, position));
   }
   WEFT_FLATTEN void add_batch(int first, const Kinematics& state, std::span<Vec3> force) const {
+    prefetch(batches_, first / materials::lane_count + 1);
     const HingeVectors hinges = hinge_vectors(quads_.gather(first, state.position));
     const Slopes slopes(hinges);
     Hinges pulls = moments(first, strains_of(batch_of(first), hinges), slopes, state);
@@ -172,6 +174,7 @@ class BendingForce : public QuadBending {
   WEFT_FLATTEN void add_batch_derivatives(int first, const Kinematics& state,
                                           const Derivatives& into,
                                           Definiteness definiteness) const {
+    prefetch(batches_, first / materials::lane_count + 1);
     const Batch& batch = batch_of(first);
     const Nodes x = quads_.gather(first, state.position);
     const HingeVectors hinges = hinge_vectors(x);

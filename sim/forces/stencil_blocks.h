@@ -6,6 +6,7 @@
 #include <bitset>
 #include <vector>
 
+#include "sim/base/prefetch.h"
 #include "sim/forces/block_batch.h"
 #include "sim/forces/stencil_nodes.h"
 #include "sim/matrix/tiled_matrix.h"
@@ -47,6 +48,7 @@ class StencilBlocks {
   template <class BlockOf>
   void scatter(const Stencils& stencils, int first, const BlockOf& block_of,
                const BlockTarget& into) const {
+    prefetch(places_, first / lane_count + 1);
     const int lanes = stencils.lanes_of(first);
     const auto& nodes = stencils.batch(first);
     const BatchPlaces& all = places_[first / lane_count];
