@@ -13,7 +13,6 @@ struct DirectSolver::Implementation {
   void add_block(int block_row, int block_column, const Mat3& block);
   void assemble(double gamma);
   void compress(int size);
-  Eigen::VectorXd right_side(double gamma, const StateView& b) const;
 
   Dynamics& dynamics;
   // An entry of the lower half of A. Entries with equal row and column are summed.
@@ -88,38 +87,11 @@ void DirectSolver::Implementation::compress(int size) {
   std::partial_sum(column_start.begin(), column_start.end(), column_start.begin());
 }
 
-// Returns M b_v - gamma K b_x, contact included (velocity_system.h). Entries of pinned particles
-// are zero, in b too.
-Eigen::VectorXd DirectSolver::Implementation::right_side(double gamma, const StateView& b) const {
-  const int count = dynamics.particle_count();
-  std::vector<Vec3> product(count), position(b.position.begin(), b.position.end());
-  std::vector<Vec3> velocity(b.velocity.begin(), b.velocity.end());
-  for (int i = 0; i < count; ++i) {
-    if (dynamics.scene().pinned[i] == 0) continue;
-    position[i].setZero();
-    velocity[i].setZero();
-  }
-  dynamics.stiffness().multiply(position, product, dynamics.threads());
-  for (Vec3& p : product) p *= -gamma;
-  const std::span<const Vec3> damping = dynamics.damping_product();
-  for (std::size_t i = 0; i < damping.size(); ++i) product[i] -= damping[i];
-  if (dynamics.contact() != nullptr)
-    dynamics.contact()->subtract_stiffness(gamma, position, product);
-  Eigen::VectorXd result(3 * count);
-  for (int i = 0; i < count; ++i) {
-    const bool held = dynamics.scene().pinned[i] != 0;
-    result.segment<3>(3 * i) =
-        held ? Vec3(Vec3::Zero())
-             : Vec3(product[i] + dynamics.mass().row_product(i, velocity.data()));
-  }
-  return result;
-}
-
 DirectSolver::DirectSolver(Dynamics& dynamics)
     : implementation_(std::make_unique<Implementation>(dynamics)) {}
 DirectSolver::~DirectSolver() = default;
 
-bool DirectSolver::solve(double gamma, std::span<const double> b, std::span<double> correction) {
+bool DirectSolver::solve(double gamma, std::span<const Vec3> right_side, std::span<Vec3> velocity) {
   Implementation& self = *implementation_;
   self.assemble(gamma);
   const auto size = static_cast<Eigen::Index>(self.column_start.size()) - 1;
@@ -134,17 +106,10 @@ bool DirectSolver::solve(double gamma, std::span<const double> b, std::span<doub
   self.factors.factorize(matrix);
   if (self.factors.info() != Eigen::Success) return false;
   if (!(self.factors.vectorD().minCoeff() > 0)) return false;
-  const StateView right = StateView::of(b);
-  const Eigen::VectorXd dv = self.factors.solve(self.right_side(gamma, right));
-  if (!dv.allFinite()) return false;
-  const int count = self.dynamics.particle_count();
-  auto* x = reinterpret_cast<Vec3*>(correction.data());
-  for (int i = 0; i < count; ++i) {
-    const bool held = self.dynamics.scene().pinned[i] != 0, moves = self.dynamics.pins_move();
-    x[count + i] = held && moves ? right.velocity[i] : Vec3(dv.segment<3>(3 * i));
-    x[i] = right.position[i] + gamma * x[count + i];
-    if (held) x[i] = moves ? right.position[i] : Vec3(Vec3::Zero());
-  }
+  const Eigen::VectorXd solution =
+      self.factors.solve(Eigen::Map<const Eigen::VectorXd>(right_side[0].data(), size));
+  if (!solution.allFinite()) return false;
+  Eigen::Map<Eigen::VectorXd>(velocity[0].data(), size) = solution;
   return true;
 }
 

@@ -1,4 +1,4 @@
-// Direct solution of the Newton system of velocity_system.h.
+// Direct solution of the system of velocity_system.h.
 #pragma once
 
 #include <memory>
@@ -19,10 +19,10 @@ class DirectSolver {
   DirectSolver(const DirectSolver&) = delete;
   DirectSolver& operator=(const DirectSolver&) = delete;
 
-  // Solves (I - gamma J) correction = b; both have 6 * particles doubles. Uses the K and D of the
-  // last assembly and the contacts of the last evaluation. Returns false if A is not positive
-  // definite or the solution is not finite. Costs one factorisation.
-  bool solve(double gamma, std::span<const double> b, std::span<double> correction);
+  // Solves A velocity = right_side; both have one entry per particle. Uses the K and D of the last
+  // assembly and the contacts of the last evaluation. Returns false if A is not positive definite
+  // or the solution is not finite. Costs one factorisation.
+  bool solve(double gamma, std::span<const Vec3> right_side, std::span<Vec3> velocity);
 
  private:
   struct Implementation;

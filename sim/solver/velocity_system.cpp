@@ -12,6 +12,11 @@ namespace {
 // velocities.
 constexpr double negligible_velocity = 1e-6;
 
+std::span<Vec3> velocities_of(std::span<double> correction) {
+  const std::size_t count = correction.size() / 6;
+  return {reinterpret_cast<Vec3*>(correction.data()) + count, count};
+}
+
 }  // namespace
 
 VelocitySystem::VelocitySystem(Dynamics& dynamics)
@@ -39,13 +44,24 @@ void VelocitySystem::transfer(StateArchive& archive) {
 }
 
 void VelocitySystem::factorise(double gamma, std::span<const double> b,
-                               std::span<double> correction, Outcome& outcome) {
-  if (direct_ == nullptr) direct_ = std::make_unique<DirectSolver>(dynamics_);
+                               std::span<const double> weight, std::span<double> correction,
+                               Outcome& outcome) {
   ++dynamics_.statistics().counters.sparse_factorisations;
   ++outcome.iterations;
   outcome.residual = 0;
-  outcome.converged = direct_->solve(gamma, b, correction);
+  outcome.converged = solve_directly(gamma, b, weight, correction);
   outcome.indefinite = !outcome.converged;
+}
+
+bool VelocitySystem::solve_directly(double gamma, std::span<const double> b,
+                                    std::span<const double> weight, std::span<double> correction) {
+  if (direct_ == nullptr) direct_ = std::make_unique<DirectSolver>(dynamics_);
+  if (gamma != matrix_.gamma()) set_up(gamma);
+  const StateView right = StateView::of(b);
+  form_right_side(with_free_positions(right), StateView::of(weight).velocity);
+  if (!direct_->solve(gamma, right_side_, velocities_of(correction))) return false;
+  complete_correction(right, correction);
+  return true;
 }
 
 // Returns `right` with the positions of pinned particles set to zero if pins move. Forces compute
@@ -134,13 +150,12 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
                                               std::span<double> correction) {
   Outcome outcome;
   if (factorisation_.take_hard_system(gamma)) {
-    factorise(gamma, b, correction, outcome);
+    factorise(gamma, b, weight, correction, outcome);
     return outcome;
   }
   if (gamma != matrix_.gamma()) set_up(gamma);
   const StateView right = StateView::of(b);
-  const int count = dynamics_.particle_count();
-  const std::span<Vec3> dv(reinterpret_cast<Vec3*>(correction.data()) + count, count);
+  const std::span<Vec3> dv = velocities_of(correction);
   preconditioner_.prepare();
   form_right_side(with_free_positions(right), StateView::of(weight).velocity);
   outcome = conjugate_gradients_.solve(right_side_, StateView::of(weight).velocity, goal, dv);
@@ -148,7 +163,7 @@ VelocitySystem::Outcome VelocitySystem::solve(double gamma, std::span<const doub
   const bool is_hard = factorisation_.record(gamma, outcome.iterations);
   if (is_hard && !outcome.converged && !outcome.indefinite &&
       factorisation_.take_hard_system(gamma)) {
-    factorise(gamma, b, correction, outcome);
+    factorise(gamma, b, weight, correction, outcome);
     return outcome;
   }
   complete_correction(right, correction);

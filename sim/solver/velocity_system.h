@@ -39,6 +39,11 @@ class VelocitySystem {
   Outcome solve(double gamma, std::span<const double> b, std::span<const double> weight,
                 const Goal& goal, std::span<double> correction);
 
+  // Solves as solve() does, by a sparse factorisation. Returns false if A is not positive definite
+  // or the solution is not finite; the correction is then undefined.
+  bool solve_directly(double gamma, std::span<const double> b, std::span<const double> weight,
+                      std::span<double> correction);
+
   // Writes the diagonal blocks of A, contact included, one per particle. Precondition: set_up() has
   // been called for the present matrices.
   void find_diagonal(std::span<Mat3> diagonal) const;
@@ -56,8 +61,8 @@ class VelocitySystem {
   double highest_frequency() { return preconditioner_.highest_frequency(); }
 
  private:
-  void factorise(double gamma, std::span<const double> b, std::span<double> correction,
-                 Outcome& outcome);
+  void factorise(double gamma, std::span<const double> b, std::span<const double> weight,
+                 std::span<double> correction, Outcome& outcome);
   void form_right_side(const StateView& right, std::span<const Vec3> weight);
   bool has_negligible_positions(const StateView& right, std::span<const Vec3> weight) const;
   StateView with_free_positions(const StateView& right);
