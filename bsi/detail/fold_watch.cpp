@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include <Eigen/Geometry>
@@ -15,6 +16,10 @@ namespace {
 
 constexpr int windows_per_look = 32;
 constexpr int texels_per_part = 1024;
+
+// Number of texels or windows that are handled together, in vector registers.
+constexpr int block_size = 16;
+static_assert(texels_per_part % block_size == 0);
 
 // Upper bound of the rounding errors in the motion and the room of a window, as a fraction of the
 // distance of the farthest particle from the first one: those of eight numbers in float32, of sums,
@@ -88,6 +93,57 @@ const WindowFeatures& window_features() {
   return features;
 }
 
+// The numbers of a block.
+using Block = float __attribute__((vector_size(block_size * sizeof(float))));
+
+template <class Floats>
+Floats loaded(const float* at) {
+  Floats result;
+  std::memcpy(&result, at, sizeof(Floats));
+  return result;
+}
+template <class Floats>
+Floats larger(const Floats& a, const Floats& b) {
+  return a > b ? a : b;
+}
+
+// Positions of a block of texels, m, relative to an origin.
+class PlacedBlock {
+ public:
+  explicit PlacedBlock(const Vec3& origin) {
+    for (int k = 0; k < block_size; ++k) std::ranges::copy(origin, &origin_[3 * k]);
+  }
+  // Places the whole block, whose positions follow each other in memory.
+  void place(const double* from) {
+    for (int i = 0; i < 3 * block_size; ++i) at_[i] = static_cast<float>(from[i] - origin_[i]);
+  }
+  void place(const Vec3& from, int k) {
+    for (int i = 0; i < 3; ++i) at_[3 * k + i] = static_cast<float>(from[i] - origin_[i]);
+  }
+  void copy_to(int count, float* x, float* y, float* z) {
+    if (count == block_size) {
+      separate(block_size, x, y, z);
+    } else {
+      separate(count, x, y, z);
+    }
+    for (int i = 0; i < 3 * block_size; ++i) largest_[i] = std::max(largest_[i], std::abs(at_[i]));
+  }
+  // Returns the largest component of all positions placed so far.
+  float largest() const { return std::ranges::max(largest_); }
+
+ private:
+  [[gnu::always_inline]] void separate(int count, float* x, float* y, float* z) const {
+    for (int k = 0; k < count; ++k) {
+      x[k] = at_[3 * k];
+      y[k] = at_[3 * k + 1];
+      z[k] = at_[3 * k + 2];
+    }
+  }
+
+  std::array<double, 3 * block_size> origin_{};
+  std::array<float, 3 * block_size> at_{}, largest_{};
+};
+
 }  // namespace
 
 FoldWatch::FoldWatch(const Atlas& atlas, const Mesh& mesh, const Neighbourhoods* neighbourhoods,
@@ -99,6 +155,8 @@ FoldWatch::FoldWatch(const Atlas& atlas, const Mesh& mesh, const Neighbourhoods*
       windows_(atlas.quad_count(), {-1, -1, -1, -1}),
       inner_stride_(atlas.quad_count(), 0) {
   for (int p = 0; p < static_cast<int>(atlas.patches().size()); ++p) add_patch(atlas, p);
+  for (int texel = 0; texel < static_cast<int>(particle_.size()); texel += block_size)
+    runs_.push_back(are_consecutive(texel) ? 1 : 0);
   const std::size_t count = grid_of_window_.size();
   start_ = end_ = Components(particle_.size());
   recorded_.fill(Components(count));
@@ -154,40 +212,69 @@ float FoldWatch::place(std::span<const Vec3> x, Components& at, int threads) con
   std::vector<float> largest((count + texels_per_part - 1) / texels_per_part, 0.0F);
   parallel_for(static_cast<int>(largest.size()), threads, [&](int part) {
     const int first = part * texels_per_part, last = std::min(count, first + texels_per_part);
-    for (int i = first; i < last; ++i) {
-      const Eigen::Vector3f p = (x[particle_[i]] - origin).cast<float>();
-      at.x[i] = p.x();
-      at.y[i] = p.y();
-      at.z[i] = p.z();
-      largest[part] = std::max(largest[part], p.cwiseAbs().maxCoeff());
+    PlacedBlock block(origin);
+    for (int i = first; i < last; i += block_size) {
+      if (runs_[i / block_size] != 0) {
+        block.place(x[particle_[i]].data());
+      } else {
+        for (int k = 0; k < std::min(block_size, last - i); ++k)
+          block.place(x[particle_[i + k]], k);
+      }
+      block.copy_to(std::min(block_size, last - i), &at.x[i], &at.y[i], &at.z[i]);
     }
+    largest[part] = block.largest();
   });
   return rounding_per_metre * std::ranges::max(largest);
 }
 
-// Finds the motion of windows of one row since their last look.
-void FoldWatch::measure(int first, int count, bool is_path) {
-  const std::span<float> moved = std::span(moved_).subspan(first, count);
-  std::ranges::fill(moved, 0.0F);
-  add_motion(first, count, end_);
-  if (is_path) add_motion(first, count, start_);
-  for (float& each : moved) each = std::sqrt(each);
+// True if the texels of a block have consecutive particles.
+bool FoldWatch::are_consecutive(int texel) const {
+  if (texel + block_size > static_cast<int>(particle_.size())) return false;
+  for (int i = 1; i < block_size; ++i) {
+    if (particle_[texel + i] != particle_[texel] + i) return false;
+  }
+  return true;
 }
 
-// Raises `moved_` to the squares of the motion to the positions `at`.
-void FoldWatch::add_motion(int first, int count, const Components& at) {
-  float* const moved = moved_.data() + first;
-  const int middle = middle_of(first);
-  for (int k = 0; k < ring_size; ++k) {
-    const Components& recorded = recorded_[k];
-    const int texel = texel_of(first, k < 4 ? k : k + 1);
-    for (int w = 0; w < count; ++w) {
-      const float dx = at.x[texel + w] - at.x[middle + w] - recorded.x[first + w];
-      const float dy = at.y[texel + w] - at.y[middle + w] - recorded.y[first + w];
-      const float dz = at.z[texel + w] - at.z[middle + w] - recorded.z[first + w];
-      moved[w] = std::max(moved[w], dx * dx + dy * dy + dz * dz);
-    }
+// Finds the motion of windows of one row since their last look. The last two blocks may share
+// windows.
+void FoldWatch::measure(int first, int count, bool is_path) {
+  if (count < block_size) {
+    for (int w = 0; w < count; ++w) measure_block<float>(first + w, is_path);
+    return;
   }
+  for (int w = 0; w < count; w += block_size)
+    measure_block<Block>(first + std::min(w, count - block_size), is_path);
+}
+
+// Does the same for one window (Floats = float) or for as many as `Floats` has numbers.
+template <class Floats>
+void FoldWatch::measure_block(int first, bool is_path) {
+  Floats squared = squared_motion<Floats>(first, end_);
+  if (is_path) squared = larger(squared, squared_motion<Floats>(first, start_));
+  std::array<float, sizeof(Floats) / sizeof(float)> moved;
+  std::memcpy(moved.data(), &squared, sizeof(Floats));
+  for (float& each : moved) each = std::sqrt(each);
+  std::ranges::copy(moved, &moved_[first]);
+}
+
+// Returns the squares of the motion of windows to the positions `at`.
+template <class Floats>
+Floats FoldWatch::squared_motion(int first, const Components& at) const {
+  const int middle = middle_of(first), cols = grid_of(first).cols;
+  Floats largest{};
+  for (int k = 0; k < ring_size; ++k) {
+    const int vertex = k < 4 ? k : k + 1;
+    const int texel = middle + (vertex / 3 - 1) * cols + vertex % 3 - 1;
+    const auto difference = [&](const std::vector<float>& now, const std::vector<float>& recorded) {
+      return loaded<Floats>(&now[texel]) - loaded<Floats>(&now[middle]) -
+             loaded<Floats>(&recorded[first]);
+    };
+    const Floats dx = difference(at.x, recorded_[k].x), dy = difference(at.y, recorded_[k].y);
+    const Floats dz = difference(at.z, recorded_[k].z);
+    largest = larger(largest, dx * dx + dy * dy + dz * dz);
+  }
+  return largest;
 }
 
 void FoldWatch::record(int window) {

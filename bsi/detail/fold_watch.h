@@ -92,9 +92,13 @@ class FoldWatch {
   bool is_amid_closed(int quad) const {
     return std::ranges::all_of(windows_[quad], [&](int w) { return w >= 0 && is_closed_[w] != 0; });
   }
+  bool are_consecutive(int texel) const;
   float place(std::span<const Vec3> x, Components& at, int threads) const;
   void measure(int first, int count, bool is_path);
-  void add_motion(int first, int count, const Components& at);
+  template <class Floats>
+  void measure_block(int first, bool is_path);
+  template <class Floats>
+  Floats squared_motion(int first, const Components& at) const;
   void look_at(std::span<const int> windows, const Paths& paths, double needed, int threads);
   void measure_rooms(std::span<const int> windows, std::span<const Vec3> x);
   float smooth_room(int window, std::span<const Vec3> x);
@@ -112,6 +116,7 @@ class FoldWatch {
   double largest_room_;
   std::vector<Grid> grids_;
   std::vector<int> particle_, quad_;         // by texel of the grids: itself, the quad at its right
+  std::vector<char> runs_;                   // by block of texels: nonzero if are_consecutive()
   std::vector<int> grid_of_window_;          // by window
   std::vector<std::array<int, 4>> windows_;  // by quad: around its corners, -1 where there is none
   // By quad: columns of its patch, or 0 if the quad is at a border of its patch.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -19,9 +20,22 @@ using materials::Lanes;
 // longer steps would be left before they have served.
 constexpr double longest_step = 0.5;
 
-// Returns an upper bound of the square root of `square` in float32.
-float root_above(double square) {
-  return static_cast<float>(std::sqrt(square)) * (1 + 2 * std::numeric_limits<float>::epsilon());
+// One number in float32 for each lane.
+using Floats = float __attribute__((vector_size(materials::lane_count * sizeof(float))));
+
+// Return upper bounds in float32.
+float rounded_up(double distance) {
+  return static_cast<float>(distance) * (1 + 2 * std::numeric_limits<float>::epsilon());
+}
+Floats rounded_up(const Lanes& distance) {
+  return __builtin_convertvector(distance.values, Floats) *
+         (1 + 2 * std::numeric_limits<float>::epsilon());
+}
+
+Floats loaded(const float* at) {
+  Floats result;
+  std::memcpy(&result, at, sizeof(Floats));
+  return result;
 }
 
 template <class Real>
@@ -80,6 +94,10 @@ struct Largest {
     displacement = std::max(displacement, moved);
     growth = std::max(growth, moved - chosen);
   }
+  void add(const Largest& other) {
+    displacement = std::max(displacement, other.displacement);
+    growth = std::max(growth, other.growth);
+  }
 };
 
 // Returns a speed of the points of a body, m/s: the root mean square, but no less than half of the
@@ -127,22 +145,26 @@ void Snapshot::measure(int body, const BodyPaths& now) {
   const float* const chosen = chosen_.data() + scene_.bodies[body].first_point;
   const auto measure_part = [&](int first, int last, Largest& part) {
     part = {};
+    Floats largest{}, most_grown{};
     int i = first;
     for (; i + materials::lane_count <= last; i += materials::lane_count) {
-      const Lanes square = recorded.squared_displacement<Lanes>(i, now);
-      for (int k = 0; k < materials::lane_count; ++k)
-        part.add(displacement[i + k] = root_above(square.values[k]), chosen[i + k]);
+      const Floats moved =
+          rounded_up(materials::square_root(recorded.squared_displacement<Lanes>(i, now)));
+      std::memcpy(&displacement[i], &moved, sizeof(Floats));
+      largest = moved > largest ? moved : largest;
+      const Floats grown = moved - loaded(&chosen[i]);
+      most_grown = grown > most_grown ? grown : most_grown;
     }
-    for (; i < last; ++i)
-      part.add(displacement[i] = root_above(recorded.squared_displacement<double>(i, now)),
-               chosen[i]);
+    for (; i < last; ++i) {
+      displacement[i] = rounded_up(std::sqrt(recorded.squared_displacement<double>(i, now)));
+      part.add(displacement[i], chosen[i]);
+    }
+    for (int k = 0; k < materials::lane_count; ++k) part.add({largest[k], most_grown[k]});
   };
   Largest largest;
   const int count = static_cast<int>(now.end.size());
-  for (const Largest& part : parallel_parts<Largest>(count, scene_.threads, measure_part)) {
-    largest.displacement = std::max(largest.displacement, part.displacement);
-    largest.growth = std::max(largest.growth, part.growth);
-  }
+  for (const Largest& part : parallel_parts<Largest>(count, scene_.threads, measure_part))
+    largest.add(part);
   state.displacement = largest.displacement;
   // The factor covers the rounding of differences.
   if (state.growth < std::numeric_limits<double>::infinity())

@@ -175,6 +175,33 @@ TEST(FoldWatch, CoversNothingWithinReachOnWavesThatRiseAndFall) {
   EXPECT_GT(sheet.within_reach(), 100);
 }
 
+// Wide images are handled in blocks of texels and windows, which end in the midst of rows.
+TEST(FoldWatch, CoversNothingWithinReachAnywhereOnWideSheets) {
+  for (const int cols : {17, 18, 19, 34, 36, 51}) {
+    const Positions flat = waves(4, cols, 0, 0);
+    Watched sheet(Atlas({Patch{.rows = 4, .cols = cols}}), flat, 0, reach);
+    sheet.follow(flat);
+    EXPECT_EQ(sheet.watch().closed_count(), 2 * (cols - 2));
+    // A narrow fold goes through the sheet, from its last columns to its first ones.
+    for (int fold = cols - 2; fold > 0; --fold) {
+      const auto at = [&](double angle) {
+        return placed(4, cols, [&](int row, int col) {
+          const double beyond = spacing * (col - fold);
+          const Vec3 x(spacing * fold, spacing * row, 0);
+          if (beyond <= 0) return Vec3(x + beyond * Vec3::UnitX());
+          return Vec3(x + beyond * Vec3(std::cos(angle), 0, std::sin(angle)));
+        });
+      };
+      sheet.follow(at(0), at(2.9), 0);
+      EXPECT_LT(sheet.watch().closed_count(), 2 * (cols - 2)) << fold;
+      sheet.follow(at(2.9), at(0), 0);
+      sheet.follow(flat);
+      EXPECT_EQ(sheet.watch().closed_count(), 2 * (cols - 2)) << fold;
+    }
+    EXPECT_GT(sheet.within_reach(), cols);
+  }
+}
+
 // Vertices of a flat sheet move within it, along the diagonals of quads: those across from a
 // diagonal come within reach of it, although windows are close to linear images of the grid.
 TEST(FoldWatch, CoversNothingWithinReachWhereASheetIsSquashedInItsPlane) {
@@ -278,6 +305,66 @@ TEST(FoldWatch, HasWindowsAcrossWrappedBordersAndNotAcrossSeams) {
   EXPECT_EQ(seam.watch().window_count(), 3 * 7);
   EXPECT_EQ(seam.watch().closed_count(), 3 * 7);
   EXPECT_FALSE(seam.watch().covers(0, 7));
+}
+
+// Each vertex in turn comes close to one beside it, on its own.
+TEST(FoldWatch, CoversNothingWithinReachOfSingleVertices) {
+  constexpr int rows = 4, cols = 19;
+  const Positions flat = waves(rows, cols, 0, 0);
+  Watched sheet(Atlas({Patch{.rows = rows, .cols = cols}}), flat, 0, reach);
+  sheet.follow(flat);
+  for (int i = 0; i < rows * cols; ++i) {
+    Positions moved = flat;
+    const double to_inside = i % cols == cols - 1 ? -1 : 1;
+    moved[i] += 0.9 * spacing * Vec3(to_inside, i / cols == rows - 1 ? -1 : 1, 0);
+    const int before = sheet.within_reach();
+    sheet.follow(flat, moved, 0);
+    EXPECT_LT(sheet.watch().closed_count(), sheet.watch().window_count()) << i;
+    EXPECT_GT(sheet.within_reach(), before) << i;
+    sheet.follow(flat);
+    EXPECT_EQ(sheet.watch().closed_count(), sheet.watch().window_count()) << i;
+  }
+}
+
+// A dent goes round a tube, across the border of its image.
+TEST(FoldWatch, CoversNothingWithinReachAnywhereOnWideTubes) {
+  constexpr int rows = 5, cols = 22;
+  const double radius = cols * spacing / (2 * std::numbers::pi);
+  const auto dented = [&](int at, double depth) {
+    return placed(rows, cols, [&](int row, int col) {
+      const int from = std::min((col - at + cols) % cols, (at - col + cols) % cols);
+      const double angle = 2 * std::numbers::pi * col / cols;
+      const double r = radius - depth * std::max(0.0, 1 - from / 2.0);
+      return Vec3(r * std::cos(angle), r * std::sin(angle), spacing * row);
+    });
+  };
+  const Positions round = dented(0, 0);
+  Watched tube(Atlas({Patch{.rows = rows, .cols = cols, .wrap_u = true}}), round, 0, reach);
+  tube.follow(round);
+  EXPECT_EQ(tube.watch().closed_count(), 3 * cols);
+  for (int col = 0; col < cols; ++col) {
+    tube.follow(round, dented(col, 6 * spacing), 0);
+    EXPECT_LT(tube.watch().closed_count(), 3 * cols) << col;
+    tube.follow(round);
+    EXPECT_EQ(tube.watch().closed_count(), 3 * cols) << col;
+  }
+  EXPECT_GT(tube.within_reach(), cols);
+}
+
+// Motion is measured in float32, from the first particle. The room of windows half a kilometre away
+// is known to a millimetre only.
+TEST(FoldWatch, CountsTheRoundingOfDistantPositions) {
+  const Positions near = waves(4, 20, 0, 0);
+  Positions flat = near;
+  for (const Vec3& p : near) flat.push_back(p + Vec3(500, 0, 0));
+  for (const Vec3& p : near) flat.push_back(p + Vec3(0, 1, 0));
+  const Patch patch{.rows = 4, .cols = 20};
+  const double room = std::sqrt(0.5) * spacing - reach.vertices;
+  for (const double left : {2e-3, 7e-4}) {
+    Watched sheets(Atlas({patch, patch, patch}), flat, 0, reach);
+    sheets.follow(flat, flat, room - left);
+    EXPECT_EQ(sheets.watch().closed_count(), left > 1e-3 ? 3 * 2 * 18 : 0) << left;
+  }
 }
 
 // The diagonals of a flat sheet are sqrt(1/2) spacings from the vertices beside them.

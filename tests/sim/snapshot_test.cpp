@@ -25,7 +25,10 @@ shape = { type = "rectangle", size = [4, 1], resolution = [5, 2] }
 )";
 
 struct Strip {
-  std::unique_ptr<const Scene> scene = build_scene(parse_case(strip, "strip.toml"));
+  explicit Strip(const std::vector<std::string>& overrides = {})
+      : scene(build_scene(parse_case(strip, "strip.toml", overrides))) {}
+
+  std::unique_ptr<const Scene> scene;
   Snapshot snapshot{*scene, scene->point_count};
   std::vector<Vec3> x = scene->initial_position;
 
@@ -57,6 +60,25 @@ TEST(Snapshot, RecordsPointsThatHaveMovedFarAndThoseThatAreAskedFor) {
     EXPECT_NEAR(snapshot.displacements()[i], is_new ? 0 : 0.06, 1e-6) << i;
   }
   EXPECT_NEAR(snapshot.displacement(0), 0.06, 1e-6);
+}
+
+TEST(Snapshot, EveryPointOfAWideBodyCounts) {
+  Strip strip({"body.strip.shape.resolution=[37, 29]"});
+  Snapshot& snapshot = strip.snapshot;
+  snapshot.renew(0, strip.at_rest(), {.limit = 0.1, .short_path = 0.05});
+  snapshot.measure(0, strip.at_rest());
+  snapshot.choose(0);
+  for (int i = 0; i < strip.scene->point_count; ++i) {
+    strip.x[i].y() += 0.3;
+    snapshot.measure(0, strip.at_rest());
+    EXPECT_NEAR(snapshot.displacement(0), 0.3, 1e-6) << i;
+    EXPECT_GE(snapshot.displacement(0), 0.3) << i;
+    EXPECT_NEAR(snapshot.displacements()[i], 0.3, 1e-6) << i;
+    EXPECT_NEAR(snapshot.growth(0), 0.3, 1e-5) << i;
+    strip.x[i].y() -= 0.3;
+  }
+  snapshot.measure(0, strip.at_rest());
+  EXPECT_LT(snapshot.displacement(0), 1e-12);
 }
 
 // Bounds of features stay what they were at the choice, plus the growth since.
