@@ -349,9 +349,10 @@ shape = { type = "plane", size = [1, 1] }
   }
 }
 
-// What Newton's iteration leaves in each step may feed an undamped motion. With the first forces of
-// a step at other positions (docs/decisions/0105), this swing gained energy until its watch ended
-// the run after 443 s, and others with slightly different densities after up to 1142 s.
+// Newton's iteration leaves an error in each step, which may feed an undamped motion. With the
+// first forces of a step at other positions (docs/decisions/0105), this swing gained energy until
+// its watch ended the run after 443 s, and others with slightly different densities after up to
+// 1142 s.
 TEST(Integrator, SwingsForMinutesWithoutEnergyFromNowhere) {
   const std::string swing = R"(
 [time]
