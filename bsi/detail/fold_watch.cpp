@@ -102,6 +102,13 @@ Floats loaded(const float* at) {
   std::memcpy(&result, at, sizeof(Floats));
   return result;
 }
+float square_root(float square) { return std::sqrt(square); }
+Block square_root(const Block& square) {
+  std::array<float, block_size> roots;
+  std::memcpy(roots.data(), &square, sizeof(Block));
+  for (float& each : roots) each = std::sqrt(each);
+  return loaded<Block>(roots.data());
+}
 template <class Floats>
 Floats larger(const Floats& a, const Floats& b) {
   return a > b ? a : b;
@@ -252,10 +259,8 @@ template <class Floats>
 void FoldWatch::measure_block(int first, bool is_path) {
   Floats squared = squared_motion<Floats>(first, end_);
   if (is_path) squared = larger(squared, squared_motion<Floats>(first, start_));
-  std::array<float, sizeof(Floats) / sizeof(float)> moved;
-  std::memcpy(moved.data(), &squared, sizeof(Floats));
-  for (float& each : moved) each = std::sqrt(each);
-  std::ranges::copy(moved, &moved_[first]);
+  const Floats moved = square_root(squared);
+  std::memcpy(&moved_[first], &moved, sizeof(Floats));
 }
 
 // Returns the squares of the motion of windows to the positions `at`.
