@@ -127,6 +127,7 @@ class PlacedBlock {
   void place(const Vec3& from, int k) {
     for (int i = 0; i < 3; ++i) at_[3 * k + i] = static_cast<float>(from[i] - origin_[i]);
   }
+  // Copies the first `count` positions. With a constant count, the loop needs no branches.
   void copy_to(int count, float* x, float* y, float* z) {
     if (count == block_size) {
       separate(block_size, x, y, z);
@@ -269,6 +270,7 @@ Floats FoldWatch::squared_motion(int first, const Components& at) const {
   const int middle = middle_of(first), cols = grid_of(first).cols;
   Floats largest{};
   for (int k = 0; k < ring_size; ++k) {
+    // The texel of the vertex, as texel_of() gives it by a division for each.
     const int vertex = k < 4 ? k : k + 1;
     const int texel = middle + (vertex / 3 - 1) * cols + vertex % 3 - 1;
     const auto difference = [&](const std::vector<float>& now, const std::vector<float>& recorded) {
