@@ -81,7 +81,7 @@ Table describe(TimeCase& target) {
           .not_with("accuracy"),
       field("minimum_step", &minimum_step, "s", positive,
             "Shortest step; less than the time between frames. A run that needs a shorter one "
-            "stops."),
+            "stops; after a start, steps may be a thousandth of it."),
       field("maximum_step", &maximum_step, "s", positive, "Longest step.")
           .with_default("no limit")
           .only_for("method", {"cvode", "arkode", "euler"}),

@@ -138,7 +138,7 @@ void ArkodeIntegrator::create(bool implicit) {
     ARKStepSetTableNum(arkode_, ARKODE_DIRK_NONE, ARKODE_ARK436L2SA_ERK_6_3_4);
   }
   const TimeCase& options = scene().source.time;
-  ARKStepSetMinStep(arkode_, options.minimum_step);
+  ARKStepSetMinStep(arkode_, shortest_step());
   if (options.maximum_step) ARKStepSetMaxStep(arkode_, *options.maximum_step);
   ARKStepSetMaxErrTestFails(arkode_, 40);
   ARKStepSetMaxConvFails(arkode_, 40);
@@ -190,6 +190,7 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
     ARKStepReset(arkode_, time(), y_);
     ARKStepSetInitStep(arkode_, end - time());
   }
+  ARKStepSetMinStep(arkode_, shortest_step());
   if (motions_limit_steps() && !set_stop_time(end)) return Trouble::unstable;
   fault_in_step_.reset();
   // In this mode ARKODE returns after every step. The argument time() + 1 only gives the direction.

@@ -66,7 +66,11 @@ constexpr int most_vetoes = VetoWindow::length;
 
 struct CvodeIntegrator::Implementation {
   Implementation(const Scene& scene_, Dynamics& dynamics_)
-      : scene(scene_), dynamics(dynamics_), motion_limits(scene_, dynamics_), accepted(dynamics_) {}
+      : scene(scene_),
+        dynamics(dynamics_),
+        motion_limits(scene_, dynamics_),
+        accepted(dynamics_),
+        starting_steps(scene_.source.time) {}
   ~Implementation() {
     CVodeFree(&cvode);
     if (newton_iteration != nullptr) SUNNonlinSolFree(newton_iteration);
@@ -112,6 +116,7 @@ struct CvodeIntegrator::Implementation {
   SUNLinearSolver newton_solver = nullptr;
   double time = 0;  // time that CVODE has reached (s)
   AcceptedStep accepted;
+  StartingSteps starting_steps;
   std::int64_t vetoes = 0, restarts = 0;
   // Number of rejections by most_gap_change since CVODE was last reinitialised.
   long unsettled = 0;
@@ -157,7 +162,7 @@ void CvodeIntegrator::Implementation::set_options() {
     return error_weights(scene, values(state), values(weight)) ? 0 : -1;
   });
   CVodeSetMaxOrd(cvode, options.maximum_order);
-  CVodeSetMinStep(cvode, options.minimum_step);
+  CVodeSetMinStep(cvode, starting_steps.shortest());
   if (options.maximum_step) CVodeSetMaxStep(cvode, *options.maximum_step);
   CVodeSetMaxNumSteps(cvode, std::numeric_limits<int>::max());
   CVodeSetMaxConvFails(cvode, 40);
@@ -321,6 +326,8 @@ void CvodeIntegrator::Implementation::begin_anew() {
 void CvodeIntegrator::Implementation::begin_without_history() {
   time = accepted.time();
   begin_anew();
+  starting_steps.begin();
+  CVodeSetMinStep(cvode, starting_steps.shortest());
   CVodeSetInitStep(cvode, first_step(dynamics, time, accepted.state()));
   N_VConst(0, step_error);
   set_newton_tolerance();
@@ -351,12 +358,16 @@ void CvodeIntegrator::Implementation::accept(double t) {
   std::copy(values(y).begin(), values(y).end(), end.begin());
   accepted.place_trial(t, end);
   accepted.accept(t);
+  if (starting_steps.have_ended()) return;
+  starting_steps.note(accepted.time() - accepted.start_time());
+  CVodeSetMinStep(cvode, starting_steps.shortest());
 }
 
 Failure CvodeIntegrator::Implementation::failure(int flag) const {
   const auto pressed = pressed_surfaces(dynamics, accepted.time(), accepted.state());
   const std::optional<ContactFault>& fault = pressed ? pressed : last_fault;
-  FailurePlace place{.time = accepted.time(), .fault = fault};
+  FailurePlace place{
+      .time = accepted.time(), .fault = fault, .is_start = !starting_steps.have_ended()};
   if (!fault) place.particle = worst_particle(cvode, y, CVodeGetEstLocalErrors, CVodeGetErrWeights);
   switch (flag) {
     case CV_ERR_FAILURE:

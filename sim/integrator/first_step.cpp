@@ -22,14 +22,15 @@ double weighted_norm(std::span<const double> values, std::span<const double> wei
 
 }  // namespace
 
+double shortest_step_after_start(const TimeCase& time) { return 1e-3 * time.minimum_step; }
+
 double first_step(Dynamics& dynamics, double time, std::span<const double> y) {
-  const TimeCase& options = dynamics.scene().source.time;
+  const double shortest = shortest_step_after_start(dynamics.scene().source.time);
   std::vector<double> weight(y.size()), rate(y.size()), ahead(y.size()), change(y.size());
-  if (!error_weights(dynamics.scene(), y, weight) || dynamics.rate(time, y, rate))
-    return options.minimum_step;
+  if (!error_weights(dynamics.scene(), y, weight) || dynamics.rate(time, y, rate)) return shortest;
   const double slope = weighted_norm(rate, weight);
   double trial = std::min(longest_first_step, 1 / slope);
-  while (trial > options.minimum_step) {
+  while (trial > shortest) {
     for (std::size_t i = 0; i < y.size(); ++i) ahead[i] = y[i] + trial * rate[i];
     if (dynamics.rate(time + trial, ahead, change)) {
       trial /= 10;
@@ -37,9 +38,9 @@ double first_step(Dynamics& dynamics, double time, std::span<const double> y) {
     }
     for (std::size_t i = 0; i < y.size(); ++i) change[i] = (change[i] - rate[i]) / trial;
     const double step = std::sqrt(2 * error_share / weighted_norm(change, weight));
-    return std::max(std::min(step, longest_first_step), options.minimum_step);
+    return std::max(std::min(step, longest_first_step), shortest);
   }
-  return options.minimum_step;
+  return shortest;
 }
 
 }  // namespace weft::sim

@@ -5,6 +5,7 @@
 
 #include "sim/case/case_text.h"
 #include "sim/case/time_methods.h"
+#include "sim/integrator/first_step.h"
 
 namespace weft::sim {
 
@@ -106,10 +107,15 @@ Failure placed_failure(Failure::Kind kind, const std::string& what, const Failur
 
 Failure shortest_step_failure(StepTrouble trouble, const FailurePlace& place, const Scene& scene) {
   const TimeCase& time = scene.source.time;
-  const Reason reason =
-      traits_of(time.method).finds_equilibria()
-          ? reason_of_loads(trouble)
-          : reason_of_steps(trouble, number_text(time.minimum_step) + " s (time.minimum_step)");
+  // Stable steps have no shorter limit after a start.
+  const bool may_be_shorter = place.is_start && trouble != StepTrouble::unstable;
+  const std::string shortest =
+      may_be_shorter
+          ? number_text(shortest_step_after_start(time)) + " s (a thousandth of time.minimum_step)"
+          : number_text(time.minimum_step) + " s (time.minimum_step)";
+  const Reason reason = traits_of(time.method).finds_equilibria()
+                            ? reason_of_loads(trouble)
+                            : reason_of_steps(trouble, shortest);
   return placed_failure(reason.kind, reason.what, place, scene);
 }
 

@@ -39,6 +39,8 @@ struct FailurePlace {
   // The particle with the largest error; -1 if unknown. If the step is unstable, this is the
   // fastest particle. In a search for an equilibrium, it is the particle farthest from balance.
   int particle = -1;
+  // True if steps may be as short as shortest_step_after_start().
+  bool is_start = false;
 };
 
 // Returns a failure with the text "WHAT at t = TIME s: PLACE", or without ": PLACE" if neither a
@@ -46,7 +48,7 @@ struct FailurePlace {
 Failure placed_failure(Failure::Kind kind, const std::string& what, const FailurePlace& place,
                        const Scene& scene);
 
-// Returns the failure of a step that fails by `trouble` at every length down to time.minimum_step.
+// Returns the failure of a step that fails by `trouble` at every length down to the shortest one.
 // If the method finds equilibria, the text names loads instead of steps.
 Failure shortest_step_failure(StepTrouble trouble, const FailurePlace& place, const Scene& scene);
 

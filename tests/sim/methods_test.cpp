@@ -274,28 +274,6 @@ TEST(Methods, ARunThatCreepsOnEndsWithAReason) {
 }
 
 // A sheet that starts deep in a barrier is thrown off too fast for the shortest step.
-TEST(Methods, ARunThatContactThrowsApartAtTheStartSaysSo) {
-  const std::string text = R"(
-[contact]
-range = 0.002
-[material.cloth]
-density = 0.2
-[[body]]
-name = "sheet"
-position = [0, 0, 0.0013]
-shape = { type = "rectangle", size = [0.1, 0.1], resolution = [5, 5] }
-[[obstacle]]
-name = "floor"
-shape = { type = "plane", size = [1, 1] }
-)";
-  SimulatedCase sim(text, method("cvode"));
-  const auto failure = sim.integrator().step();
-  ASSERT_TRUE(failure);
-  EXPECT_EQ(failure->kind, Failure::Kind::surfaces) << failure->text;
-  EXPECT_NE(failure->text.find("are pressed together (gap 0.0003 m)"), std::string::npos)
-      << failure->text;
-}
-
 TEST(Methods, SameBitsForAnyNumberOfThreads) {
   const std::string text = R"(
 [time]
@@ -371,7 +349,7 @@ region_max = [1, 1, 1]
 )";
   SimulatedCase sim(needles, method("arkode", {"time.minimum_step=5e-3"}));
   std::optional<Failure> reason;
-  for (int i = 0; i < 100 && !reason; ++i) reason = sim.integrator().step();
+  for (int i = 0; i < 200 && !reason; ++i) reason = sim.integrator().step();
   ASSERT_TRUE(reason);
   EXPECT_NE(reason->text.find("body \"ring\", row"), std::string::npos) << reason->text;
 }
