@@ -77,6 +77,22 @@ TEST(CloseStart, ReleasedPinsStartAnew) {
   }
 }
 
+TEST(CloseStart, AStateThatIsSetStartsAnew) {
+  for (const char* name : {"cvode", "arkode"}) {
+    SimulatedCase sheet(sheet_over_plate(0.02), method(name));
+    const std::vector<double> above = sheet.advance_to(0.01);
+    const double now = sheet.integrator().time();
+    std::vector<double> state(above.size());  // at rest
+    for (int i = 0; i < 81; ++i) {
+      state[3 * i] = above[3 * i];
+      state[3 * i + 1] = above[3 * i + 1];
+      state[3 * i + 2] = 1.1e-3;
+    }
+    sheet.integrator().restart(now, state);
+    EXPECT_GT(mean_height(sheet.positions_at(now + 5e-3)), 2e-3) << name;
+  }
+}
+
 TEST(CloseStart, AFailureNamesTheShortestStepThatWasTried) {
   for (const char* name : {"cvode", "arkode"}) {
     SimulatedCase sheet(sheet_over_plate(1e-7), method(name));
@@ -87,6 +103,18 @@ TEST(CloseStart, AFailureNamesTheShortestStepThatWasTried) {
         failure->text.find("no step down to 1e-10 s (a thousandth of time.minimum_step) keeps "
                            "the surfaces apart at t = 0 s: "),
         0U)
+        << failure->text;
+  }
+}
+
+// The sheet falls freely in steps of more than minimum_step before it meets the plate.
+TEST(CloseStart, LaterStepsAreNoShorterThanMinimumStep) {
+  for (const char* name : {"cvode", "arkode"}) {
+    SimulatedCase sheet(sheet_over_plate(0.02), method(name, {"time.minimum_step=4e-3"}));
+    std::optional<Failure> failure;
+    while (!failure && sheet.integrator().time() < 1) failure = sheet.integrator().step();
+    ASSERT_TRUE(failure) << name;
+    EXPECT_NE(failure->text.find("step down to 0.004 s (time.minimum_step)"), std::string::npos)
         << failure->text;
   }
 }
