@@ -203,7 +203,7 @@ Table describe(ComputeCase& target) {
   return {{
       field("threads", &threads, "", {1, 1024},
             "Threads of a run; the result does not depend on it. auto: one per 1024 vertices of "
-            "simulated bodies, at least one and at most one per processor."),
+            "simulated bodies, at least one, and at most one per processor and OMP_NUM_THREADS."),
       field(
           "backend",
           choice(&backend, {{ComputeBackend::automatic, "auto"},

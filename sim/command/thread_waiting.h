@@ -8,8 +8,8 @@ namespace weft::sim {
 // the thread that is waited for then often has none, and a run takes up to twenty times as long
 // (docs/decisions/0025). libgomp reads the length from the environment before main(). This function
 // therefore starts the program again with the same arguments, in the same process, with
-// GOMP_SPINCOUNT set. It does nothing if the environment already says how to wait, or if there is
-// one processor. Precondition: nothing has been read or written yet.
+// GOMP_SPINCOUNT set. It does nothing if the environment already says how to wait. Precondition:
+// nothing has been read or written yet.
 void shorten_waiting(char** arguments);
 
 }  // namespace weft::sim

@@ -267,11 +267,12 @@ void add_loads(Scene& scene) {
   }
 }
 
-// Returns the default number of threads. With fewer particles per thread, threads would lose more
-// time waiting for each other than they save (docs/decisions/0025).
+// Returns the default number of threads: at most those of OMP_NUM_THREADS. With fewer particles per
+// thread, threads would lose more time waiting for each other than they save (docs/decisions/0025).
 int threads_that_pay(int particles) {
   constexpr int particles_per_thread = 1024;
-  return std::clamp(particles / particles_per_thread, 1, omp_get_num_procs());
+  const int most = std::min(omp_get_num_procs(), omp_get_max_threads());
+  return std::clamp(particles / particles_per_thread, 1, most);
 }
 
 // Moves the particles of prescribed motions to their places at t = 0.

@@ -1,5 +1,5 @@
-// One run of the suite `moving`, in a separate process, with its states judged by the exact
-// referee.
+// One run of the suite `moving`, in a separate process, with its states judged by an exact
+// count of intersections.
 #pragma once
 
 #include <string>

@@ -4,7 +4,7 @@
 namespace weft::sim::drape_test {
 namespace {
 
-// Simulates a shipped case, smaller and shorter, and checks every frame by the exact referee.
+// Simulates a shipped case, smaller and shorter, and counts intersections in every frame.
 void expect_nothing_passes_through(const std::string& name, const Overrides& overrides,
                                    double duration) {
   const auto scene =

@@ -220,7 +220,12 @@ TEST(Scene, TakesAsManyThreadsAsPay) {
   EXPECT_EQ(sheet_on_threads(33, "")->threads, 1);  // 1089 vertices
   EXPECT_EQ(sheet_on_threads(33, "threads = \"auto\"")->threads, 1);
   EXPECT_EQ(sheet_on_threads(5, "threads = 3")->threads, 3);
-  EXPECT_EQ(sheet_on_threads(129, "")->threads, std::min(16, omp_get_num_procs()));
+  const int most = omp_get_max_threads();
+  EXPECT_EQ(sheet_on_threads(129, "")->threads, std::min({16, omp_get_num_procs(), most}));
+  omp_set_num_threads(1);  // as OMP_NUM_THREADS does
+  EXPECT_EQ(sheet_on_threads(129, "")->threads, 1);
+  EXPECT_EQ(sheet_on_threads(5, "threads = 3")->threads, 3);
+  omp_set_num_threads(most);
 }
 
 // A free sheet, and one whose vertices are all pinned.
