@@ -101,7 +101,10 @@ class ArkodeIntegrator final : public OneStepIntegrator {
   NewtonAttempts attempts_;
   SUNLinearSolver newton_solver_ = nullptr;
   bool implicit_ = true;
-  double arkode_time_ = 0;    // time that ARKODE has reached (s); if not time(), ARKODE is reset
+  double arkode_time_ = 0;  // time that ARKODE has reached (s); if not time(), ARKODE is reset
+  // True if the last step ended at ARKODE's stop time. ARKStepGetCurrentStep() then does not return
+  // the length of the next step but an earlier one, which may be much shorter.
+  bool was_stopped_ = false;
   IntegratorCounts earlier_;  // counts of solvers already destroyed
   std::optional<ContactFault> fault_in_step_;
   std::string decision_;
@@ -124,6 +127,7 @@ void ArkodeIntegrator::create(bool implicit) {
   arkode_ =
       ARKStepCreate(implicit ? nullptr : rate, implicit ? rate : nullptr, time(), y_, context_);
   arkode_time_ = time();
+  was_stopped_ = false;
   ARKStepSetUserData(arkode_, this);
   ARKStepSetErrHandlerFn(
       arkode_, [](int, const char*, const char*, char*, void*) {}, nullptr);
@@ -189,6 +193,7 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
     std::copy(state().begin(), state().end(), values(y_).begin());
     ARKStepReset(arkode_, time(), y_);
     ARKStepSetInitStep(arkode_, end - time());
+    was_stopped_ = false;
   }
   ARKStepSetMinStep(arkode_, shortest_step());
   if (motions_limit_steps() && !set_stop_time(end)) return Trouble::unstable;
@@ -196,6 +201,7 @@ OneStepIntegrator::Trouble ArkodeIntegrator::attempt(double& end, std::span<doub
   // In this mode ARKODE returns after every step. The argument time() + 1 only gives the direction.
   const int flag = ARKStepEvolve(arkode_, time() + 1, y_, &arkode_time_, ARK_ONE_STEP);
   if (flag < 0) return trouble_of(flag, end);
+  was_stopped_ = flag == ARK_TSTOP_RETURN;
   end = arkode_time_;
   propose(end - time());
   std::copy(values(y_).begin(), values(y_).end(), y.begin());
@@ -219,12 +225,13 @@ void ArkodeIntegrator::note_error() {
 bool ArkodeIntegrator::set_stop_time(double end) {
   double next = 0;
   ARKStepGetCurrentStep(arkode_, &next);
-  const double length = next > 0 ? MotionLimits::beyond_rounding * next : longest_first_step;
+  const double length = was_stopped_ ? longest_step_after_stop(last_step())
+                        : next > 0   ? MotionLimits::beyond_rounding * next
+                                     : longest_first_step;
   const double wanted = std::max(end, time() + length);
   const auto latest = latest_end(wanted);
   if (!latest) return false;
-  ARKStepSetStopTime(arkode_,
-                     std::min(MotionLimits::stop_time(*latest, wanted), last_possible_end()));
+  ARKStepSetStopTime(arkode_, was_stopped_ ? *latest : MotionLimits::stop_time(*latest, wanted));
   return true;
 }
 

@@ -127,6 +127,9 @@ struct CvodeIntegrator::Implementation {
   int tight_steps_left = 0;
   std::int64_t vetoes_before_step = 0;
   StepCensus census;
+  // True if the last step ended at CVODE's stop time. CVodeGetCurrentStep() then does not return
+  // the length of the next step but an earlier one, which may be much shorter.
+  bool was_stopped = false;
   bool has_last_step = false;  // true if CVODE can interpolate within the last step
   VetoWindow veto_window;
   std::optional<ContactFault> last_fault;
@@ -300,14 +303,16 @@ std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
   // initial length that was set last.
   if (jumps && dynamics.varies())
     CVodeSetInitStep(cvode, first_step(dynamics, start, accepted.state()));
-  double next = 0;
+  double last = 0, next = 0;
+  CVodeGetLastStep(cvode, &last);  // 0 after a start
   CVodeGetCurrentStep(cvode, &next);
-  const double wanted =
-      start + (next > 0 ? MotionLimits::beyond_rounding * next : scene.source.time.duration);
+  const double longest = was_stopped ? longest_step_after_stop(last)
+                         : last > 0  ? MotionLimits::beyond_rounding * next
+                                     : longest_first_step;
+  const double wanted = start + longest;
   const auto end = motion_limits.latest_end(start, wanted, accepted.state());
   if (!end) return motion_limits.failure(start);
-  CVodeSetStopTime(cvode, std::min(MotionLimits::stop_time(*end, wanted),
-                                   motion_limits.last_possible_end(start)));
+  CVodeSetStopTime(cvode, was_stopped ? *end : MotionLimits::stop_time(*end, wanted));
   return std::nullopt;
 }
 
@@ -318,6 +323,7 @@ void CvodeIntegrator::Implementation::begin_anew() {
   earlier = counts();
   unsettled = 0;
   CVodeReInit(cvode, accepted.time(), y);
+  was_stopped = false;
   iterations_before_step = failures_before_step = 0;
   has_last_step = false;
 }
@@ -420,6 +426,7 @@ std::optional<Failure> CvodeIntegrator::step() {
   // In this mode CVODE returns after every step. The argument time + 1 only gives the direction.
   const int flag = CVode(self.cvode, self.time + 1, self.y, &self.time, CV_ONE_STEP);
   if (flag < 0) return self.failure(flag);
+  self.was_stopped = flag == CV_TSTOP_RETURN;
   self.accept(self.time);
   self.has_last_step = true;
   self.find_swing();

@@ -1,6 +1,7 @@
 // The lengths of the first steps of a run, or of the first steps after a restart.
 #pragma once
 
+#include <algorithm>
 #include <span>
 
 #include "sim/base/state_archive.h"
@@ -11,6 +12,13 @@ namespace weft::sim {
 // Upper bound of the first step: a body at rest may soon meet another. A small bound costs little,
 // because methods lengthen a short first step quickly.
 inline constexpr double longest_first_step = 1e-3;  // s
+
+// Returns the length (s) of the longest step that is allowed after one of the length `last` (s)
+// that ended at a stop time. SUNDIALS does not tell how long its next step will be then. Its steps
+// seldom grow by more.
+inline double longest_step_after_stop(double last) {
+  return std::max(longest_first_step, 20 * last);
+}
 
 // Returns a thousandth of minimum_step: the shortest length (s) of steps after a start. Bodies that
 // start deep within contact.range, or that a jump releases, are thrown apart. The first steps of

@@ -84,7 +84,6 @@ class OneStepIntegrator : public Integrator {
   // nothing if no step is short enough; step() then fails with the reason.
   std::optional<double> latest_end(double wanted);
   bool motions_limit_steps() const { return motion_limits_.apply(); }
-  double last_possible_end() const { return motion_limits_.last_possible_end(time()); }
   // Returns MotionLimits::next_event() (s) after time().
   double next_event() const { return motion_limits_.next_event(time()); }
 

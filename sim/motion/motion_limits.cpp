@@ -73,10 +73,6 @@ double MotionLimits::next_event(double time) const {
   return next == events_.end() ? std::numeric_limits<double>::infinity() : next->time;
 }
 
-double MotionLimits::last_possible_end(double time) const {
-  return std::min({next_event(time), time + longest_step_, std::numeric_limits<double>::max()});
-}
-
 // Returns the events within time.minimum_step of `time`.
 std::span<const MotionEvent> MotionLimits::events_at(double time) const {
   const double nearby = scene_.source.time.minimum_step;

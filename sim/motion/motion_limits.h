@@ -62,11 +62,6 @@ class MotionLimits {
   // of pins. The result is infinite if no event follows. Events within time.minimum_step after
   // `time` count as passed, because the bounds of motions hold across events.
   double next_event(double time) const;
-  // Returns the time (s) that no step from `time` may pass: the next event or, if sooner, the end
-  // of the longest step that resolves gusts. The result is the largest number if there is neither.
-  // It is the bound for a step of SUNDIALS after a stop time. The length of that step is unknown,
-  // so it may end later than the `wanted` given to latest_end().
-  double last_possible_end(double time) const;
   // has_event_at() is true if an event (next_event()) is within time.minimum_step of `time`.
   // jumps_at() is true if a prescribed velocity or a curve jumps, or pins change, at such an event.
   bool has_event_at(double time) const;

@@ -303,6 +303,35 @@ TEST(PrescribedMotion, NoStepLetsAPinStrayFarther) {
   EXPECT_LT(ends.size(), 100U);
 }
 
+// SUNDIALS chooses its steps by itself. After a step that a motion has cut, it does not tell how
+// long the next one will be.
+TEST(PrescribedMotion, AllStepsAreShortEnough) {
+  const Overrides turning = {"contact.enabled=true", "time.duration=0.7",
+                             "body.0.pin.0.motion.keyframes.0.time=0.05",
+                             "body.0.pin.0.motion.keyframes.1.time=0.52"};
+  for (const auto& [text, changes] : {std::pair(paddle, Overrides{}), {turning_pins, turning}}) {
+    for (const Overrides& by : {cvode, arkode, euler, method("euler", {"time.step=0.03"})}) {
+      Overrides all = changes;
+      all.insert(all.end(), by.begin(), by.end());
+      SimulatedCase sim(text, all);
+      MotionLimits limits(sim.scene(), sim.dynamics());
+      int cut = 0;  // steps that could not have been longer
+      while (sim.integrator().time() < 0.25) {
+        const double start = sim.integrator().time();
+        const std::vector<double> y(sim.integrator().state().begin(),
+                                    sim.integrator().state().end());
+        const auto failure = sim.integrator().step();
+        ASSERT_FALSE(failure) << failure->text;
+        const double end = sim.integrator().time();
+        ASSERT_EQ(limits.latest_end(start, end, y), end) << by.back() << " from " << start;
+        if (limits.latest_end(start, start + 2 * (end - start), y) < start + 2 * (end - start))
+          ++cut;
+      }
+      EXPECT_GT(cut, 1) << by.back();
+    }
+  }
+}
+
 TEST(PrescribedMotion, PinsAreFollowedToTheTolerance) {
   const Overrides soon = {"body.0.pin.0.motion.keyframes.0.time=0.01",
                           "body.0.pin.0.motion.keyframes.1.time=0.51", "world.gravity=[0, 0, 0]"};

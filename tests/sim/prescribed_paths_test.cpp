@@ -45,6 +45,42 @@ TEST(PrescribedPaths, AnObstacleThatWouldPassThroughPinsEndsTheRun) {
   EXPECT_NEAR(sim.integrator().time(), 0.4, 1e-3);
 }
 
+// A plate reaches two pinned corners, which it meets in steps of many lengths.
+TEST(PrescribedPaths, NoSpeedOfAnObstacleLeadsThroughPins) {
+  constexpr const char* text = R"(
+[material.cloth]
+density = 0.2
+membrane_stiffness = 250
+bending_stiffness = 6e-4
+stiffness_damping = 1e-3
+[[body]]
+name = "sheet"
+position = [0.06, -0.1, 0.004]
+shape = { type = "rectangle", size = [0.8, 1.0], resolution = [7, 5] }
+[[body.pin]]
+corners = ["first_first", "last_last"]
+[[obstacle]]
+name = "plate"
+shape = { type = "plane", size = [8, 8] }
+[obstacle.motion]
+velocity = [0, 0, 0.3]
+)";
+  for (const char* name : {"cvode", "arkode", "euler"}) {
+    for (const double thickness : {0.0, 0.001, 0.003}) {
+      for (const double speed : {0.1, 0.2, 0.3, 0.4, 0.8, 1.5}) {
+        SimulatedCase sim(text, {"time.method=\"" + std::string(name) + "\"",
+                                 "body.0.thickness=" + std::to_string(thickness),
+                                 "obstacle.0.thickness=" + std::to_string(thickness),
+                                 "obstacle.0.motion.velocity.2=" + std::to_string(speed)});
+        const std::string failure = failure_of(sim, 0.06);
+        EXPECT_TRUE(failure.starts_with("prescribed motions leave no room"))
+            << name << ' ' << thickness << ' ' << speed << ": " << failure;
+        EXPECT_NEAR(sim.integrator().time(), 0.004 / speed, 1e-4);
+      }
+    }
+  }
+}
+
 // One edge moves over the other and is pulled through it at 0.45 s.
 TEST(PrescribedPaths, PinsThatPassThroughPinsAreFound) {
   SimulatedCase sim(R"(
