@@ -103,6 +103,28 @@ TEST(Friction, SlidingSheetsStopAfterTheDistanceOfTheirPair) {
 }
 
 // contact.friction varies in time; the friction of a pair does not.
+// The damping of contact has no part in the limit of friction. Over a whole impact it has hardly an
+// impulse either, so the friction's impulse is that of Coulomb's law.
+TEST(Friction, OfAnImpactIsInProportionToItsPush) {
+  for (const double damping_time : {1e-3, 1e-4}) {
+    for (const double speed : {0.05, 0.2, 1.0, 3.0}) {
+      SimulatedCase sim(
+          "[world]\ngravity = [0, 0, 0]\n[material.cloth]\ndensity = 0.2\n"
+          "stiffness_damping = 1e-3\n" +
+              sheet("falling", {0, 0, 3.5e-3}, {4, 0, -speed}) +
+              "[[obstacle]]\nname = \"floor\"\nshape = { type = \"plane\", size = [4, 4] }\n",
+          {"contact.friction=0.3", "contact.damping_time=" + text_of(damping_time),
+           "time.position_tolerance=1e-6", "time.velocity_tolerance=1e-4",
+           "time.relative_tolerance=1e-4"});
+      const std::vector<double> end = sim.advance_to(0.06 + 0.01 / speed);
+      Vec3 mean = Vec3::Zero();
+      for (const Vec3& velocity : StateView::of(end).velocity) mean += velocity / 16;
+      EXPECT_GT(mean.z(), 0);
+      EXPECT_NEAR((4 - mean.x()) / (mean.z() + speed), 0.3, 0.03) << damping_time << ' ' << speed;
+    }
+  }
+}
+
 TEST(Friction, OfAPairStaysWhereTheDefaultVaries) {
   constexpr double speed = 0.3, change = 0.02;
   SimulatedCase sim(sliding_sheets(speed), {"contact.friction={ times = [0, " + text_of(change) +
