@@ -80,8 +80,8 @@ Table describe(TimeCase& target) {
           .only_for("method", {"cvode"})
           .not_with("accuracy"),
       field("minimum_step", &minimum_step, "s", positive,
-            "Shortest step; less than the time between frames. A run that needs a shorter one "
-            "stops; after a start, steps may be a thousandth of it."),
+            "Shortest step; less than the time between frames. A run that needs more than a few "
+            "shorter ones, down to a thousandth of it, stops."),
       field("maximum_step", &maximum_step, "s", positive, "Longest step.")
           .with_default("no limit")
           .only_for("method", {"cvode", "arkode", "euler"}),

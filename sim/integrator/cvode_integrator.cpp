@@ -14,6 +14,7 @@
 #include "sim/integrator/first_step.h"
 #include "sim/integrator/integrator_makers.h"
 #include "sim/integrator/newton_solver.h"
+#include "sim/integrator/short_steps.h"
 #include "sim/integrator/step_failures.h"
 #include "sim/integrator/sundials_access.h"
 #include "sim/integrator/vector_operations.h"
@@ -70,7 +71,7 @@ struct CvodeIntegrator::Implementation {
         dynamics(dynamics_),
         motion_limits(scene_, dynamics_),
         accepted(dynamics_),
-        starting_steps(scene_.source.time) {}
+        short_steps(scene_.source.time) {}
   ~Implementation() {
     CVodeFree(&cvode);
     if (newton_iteration != nullptr) SUNNonlinSolFree(newton_iteration);
@@ -116,7 +117,7 @@ struct CvodeIntegrator::Implementation {
   SUNLinearSolver newton_solver = nullptr;
   double time = 0;  // time that CVODE has reached (s)
   AcceptedStep accepted;
-  StartingSteps starting_steps;
+  ShortSteps short_steps;
   std::int64_t vetoes = 0, restarts = 0;
   // Number of rejections by most_gap_change since CVODE was last reinitialised.
   long unsettled = 0;
@@ -165,7 +166,7 @@ void CvodeIntegrator::Implementation::set_options() {
     return error_weights(scene, values(state), values(weight)) ? 0 : -1;
   });
   CVodeSetMaxOrd(cvode, options.maximum_order);
-  CVodeSetMinStep(cvode, starting_steps.shortest());
+  CVodeSetMinStep(cvode, short_steps.shortest());
   if (options.maximum_step) CVodeSetMaxStep(cvode, *options.maximum_step);
   CVodeSetMaxNumSteps(cvode, std::numeric_limits<int>::max());
   CVodeSetMaxConvFails(cvode, 40);
@@ -332,8 +333,6 @@ void CvodeIntegrator::Implementation::begin_anew() {
 void CvodeIntegrator::Implementation::begin_without_history() {
   time = accepted.time();
   begin_anew();
-  starting_steps.begin();
-  CVodeSetMinStep(cvode, starting_steps.shortest());
   CVodeSetInitStep(cvode, first_step(dynamics, time, accepted.state()));
   N_VConst(0, step_error);
   set_newton_tolerance();
@@ -364,16 +363,15 @@ void CvodeIntegrator::Implementation::accept(double t) {
   std::copy(values(y).begin(), values(y).end(), end.begin());
   accepted.place_trial(t, end);
   accepted.accept(t);
-  if (starting_steps.have_ended()) return;
-  starting_steps.note(accepted.time() - accepted.start_time());
-  CVodeSetMinStep(cvode, starting_steps.shortest());
+  short_steps.note(accepted.time() - accepted.start_time());
+  CVodeSetMinStep(cvode, short_steps.shortest());
 }
 
 Failure CvodeIntegrator::Implementation::failure(int flag) const {
   const auto pressed = pressed_surfaces(dynamics, accepted.time(), accepted.state());
   const std::optional<ContactFault>& fault = pressed ? pressed : last_fault;
   FailurePlace place{
-      .time = accepted.time(), .fault = fault, .is_start = !starting_steps.have_ended()};
+      .time = accepted.time(), .fault = fault, .may_be_short = short_steps.are_allowed()};
   if (!fault) place.particle = worst_particle(cvode, y, CVodeGetEstLocalErrors, CVodeGetErrWeights);
   switch (flag) {
     case CV_ERR_FAILURE:
@@ -481,10 +479,12 @@ void CvodeIntegrator::transfer(StateArchive& archive) {
   IntegratorCounts so_far = self.counts();
   self.accepted.transfer(archive);
   self.veto_window.transfer(archive);
+  self.short_steps.transfer(archive);
   archive(so_far, self.vetoes, self.vetoes_before_step, self.census, self.restarts,
           self.matrix_interval, self.smooth_steps_so_far, self.tight_steps_left);
   if (!archive.reads()) return;
   self.begin_without_history();
+  CVodeSetMinStep(self.cvode, self.short_steps.shortest());
   self.earlier = so_far;
   CVodeSetLSetupFrequency(self.cvode, self.matrix_interval);
 }

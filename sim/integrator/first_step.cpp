@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "sim/integrator/short_steps.h"
 #include "sim/motion/tolerances.h"
 
 namespace weft::sim {
@@ -22,10 +23,8 @@ double weighted_norm(std::span<const double> values, std::span<const double> wei
 
 }  // namespace
 
-double shortest_step_after_start(const TimeCase& time) { return 1e-3 * time.minimum_step; }
-
 double first_step(Dynamics& dynamics, double time, std::span<const double> y) {
-  const double shortest = shortest_step_after_start(dynamics.scene().source.time);
+  const double shortest = ShortSteps::shortest_ever(dynamics.scene().source.time);
   std::vector<double> weight(y.size()), rate(y.size()), ahead(y.size()), change(y.size());
   if (!error_weights(dynamics.scene(), y, weight) || dynamics.rate(time, y, rate)) return shortest;
   const double slope = weighted_norm(rate, weight);

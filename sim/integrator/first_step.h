@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <span>
 
-#include "sim/base/state_archive.h"
 #include "sim/motion/dynamics.h"
 
 namespace weft::sim {
@@ -20,44 +19,13 @@ inline double longest_step_after_stop(double last) {
   return std::max(longest_first_step, 20 * last);
 }
 
-// Returns a thousandth of minimum_step: the shortest length (s) of steps after a start. Bodies that
-// start deep within contact.range, or that a jump releases, are thrown apart. The first steps of
-// low order must then be much shorter than those that follow (docs/decisions/0106).
-double shortest_step_after_start(const TimeCase& time);
-
-// The steps after a start, which may be shorter than minimum_step.
-class StartingSteps {
- public:
-  // The object counts from a start.
-  explicit StartingSteps(const TimeCase& time) : time_(time) {}
-
-  void begin() { steps_left_ = most_steps; }
-  // To be called after each accepted step, with its length (s).
-  void note(double length) {
-    steps_left_ = length < time_.minimum_step && steps_left_ > 0 ? steps_left_ - 1 : 0;
-  }
-  bool have_ended() const { return steps_left_ == 0; }
-  // Returns the shortest length (s) of the next step.
-  double shortest() const {
-    return have_ended() ? time_.minimum_step : shortest_step_after_start(time_);
-  }
-  void transfer(StateArchive& archive) { archive(steps_left_); }
-
- private:
-  // Largest number of steps after a start that are shorter than minimum_step.
-  static constexpr int most_steps = 100;
-
-  const TimeCase& time_;
-  int steps_left_ = most_steps;
-};
-
 // Returns the length (s) of the first step of a method with error control, from `time` (s) and the
 // state `y` (6 * particles). Euler's method would have a local error h^2 |y''| / 2 of a quarter of
 // the tolerances in this step h, in the RMS norm of the weights of tolerances.h. The finite
 // difference of two rates estimates y''. For the second rate, y moves along the first rate by the
 // tolerances, or for longest_first_step if that is shorter (Hairer, Noersett, Wanner, Solving
 // Ordinary Differential Equations I, II.4). The result lies between
-// shortest_step_after_start() and longest_first_step. Usually costs two evaluations of the forces.
+// ShortSteps::shortest_ever() and longest_first_step. Usually costs two evaluations of the forces.
 // Returns the shortest length if the forces cannot be evaluated at y; the step itself then reports
 // the failure.
 double first_step(Dynamics& dynamics, double time, std::span<const double> y);

@@ -50,7 +50,7 @@ OneStepIntegrator::OneStepIntegrator(const Scene& scene, Dynamics& dynamics)
                 ? std::optional(1 / scene.source.time.frames_per_second)
                 : scene.source.time.step),
       accepted_(dynamics),
-      starting_steps_(scene.source.time),
+      short_steps_(scene.source.time),
       size_(step_.value_or(first_trial)) {}
 
 double OneStepIntegrator::grid_time() const {
@@ -133,7 +133,7 @@ Failure OneStepIntegrator::final_failure(Trouble trouble) const {
                                {.time = time(),
                                 .fault = pressed ? pressed : fault_,
                                 .particle = place_,
-                                .is_start = !starting_steps_.have_ended()},
+                                .may_be_short = short_steps_.are_allowed()},
                                scene_);
 }
 
@@ -152,7 +152,7 @@ OneStepIntegrator::Trouble OneStepIntegrator::check_path(double time, std::span<
 
 void OneStepIntegrator::accept(double time) {
   accepted_.accept(time);
-  starting_steps_.note(last_step());
+  short_steps_.note(last_step());
   ++counts_.steps;
   counts_.census.add(last_step(), limit_);
   if (motion_limits_.apply()) {
@@ -201,7 +201,6 @@ std::optional<Failure> OneStepIntegrator::too_many_vetoes() {
 
 void OneStepIntegrator::restart(double time, std::span<const double> y) {
   accepted_.restart(time, y);
-  starting_steps_.begin();
   if (step_) {
     // The times of the grid do not change. The next one is more than a minimum step away.
     const double share = (time + scene_.source.time.minimum_step) / *step_;
@@ -214,7 +213,7 @@ void OneStepIntegrator::restart(double time, std::span<const double> y) {
 void OneStepIntegrator::transfer_steps(StateArchive& archive) {
   accepted_.transfer(archive);
   veto_window_.transfer(archive);
-  starting_steps_.transfer(archive);
+  short_steps_.transfer(archive);
   archive(size_, longest_after_veto_, completed_steps_, successes_, patience_, counts_,
           window_start_, window_allowed_);
 }

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "sim/integrator/accepted_step.h"
-#include "sim/integrator/first_step.h"
 #include "sim/integrator/integrator.h"
+#include "sim/integrator/short_steps.h"
 #include "sim/integrator/step_failures.h"
 #include "sim/integrator/veto_window.h"
 #include "sim/motion/motion_limits.h"
@@ -58,7 +58,7 @@ class OneStepIntegrator : public Integrator {
   virtual std::optional<Failure> refusal() { return std::nullopt; }
 
   // Returns the shortest length (s) to which a failed step may be cut.
-  virtual double shortest_step() const { return starting_steps_.shortest(); }
+  virtual double shortest_step() const { return short_steps_.shortest(); }
   // Returns the failure of a run whose shortest step fails by `trouble`.
   virtual Failure final_failure(Trouble trouble) const;
 
@@ -106,7 +106,7 @@ class OneStepIntegrator : public Integrator {
   MotionLimits motion_limits_;
   std::optional<double> step_;  // length of a grid step (s); empty: the method chooses
   AcceptedStep accepted_;
-  StartingSteps starting_steps_;
+  ShortSteps short_steps_;
   double size_ = 0;  // proposed length of the next trial (s)
   // Bound (s) of chosen steps after a veto.
   double longest_after_veto_ = std::numeric_limits<double>::infinity();

@@ -5,7 +5,7 @@
 
 #include "sim/case/case_text.h"
 #include "sim/case/time_methods.h"
-#include "sim/integrator/first_step.h"
+#include "sim/integrator/short_steps.h"
 
 namespace weft::sim {
 
@@ -107,11 +107,11 @@ Failure placed_failure(Failure::Kind kind, const std::string& what, const Failur
 
 Failure shortest_step_failure(StepTrouble trouble, const FailurePlace& place, const Scene& scene) {
   const TimeCase& time = scene.source.time;
-  // Stable steps have no shorter limit after a start.
-  const bool may_be_shorter = place.is_start && trouble != StepTrouble::unstable;
+  // Few stable steps would not help.
+  const bool may_be_short = place.may_be_short && trouble != StepTrouble::unstable;
   const std::string shortest =
-      may_be_shorter
-          ? number_text(shortest_step_after_start(time)) + " s (a thousandth of time.minimum_step)"
+      may_be_short
+          ? number_text(ShortSteps::shortest_ever(time)) + " s (a thousandth of time.minimum_step)"
           : number_text(time.minimum_step) + " s (time.minimum_step)";
   const Reason reason = traits_of(time.method).finds_equilibria()
                             ? reason_of_loads(trouble)

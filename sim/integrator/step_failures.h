@@ -39,8 +39,8 @@ struct FailurePlace {
   // The particle with the largest error; -1 if unknown. If the step is unstable, this is the
   // fastest particle. In a search for an equilibrium, it is the particle farthest from balance.
   int particle = -1;
-  // True if steps may be as short as shortest_step_after_start().
-  bool is_start = false;
+  // True if ShortSteps::are_allowed().
+  bool may_be_short = false;
 };
 
 // Returns a failure with the text "WHAT at t = TIME s: PLACE", or without ": PLACE" if neither a
