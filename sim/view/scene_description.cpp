@@ -316,7 +316,9 @@ void describe_contact(const Scene& scene, std::ostream& out) {
   const ContactCase& contact = scene.source.contact;
   if (scene.spheres_collide) {
     out << "contact   impulses of particles with each other and with "
-        << counted(scene.bodies.size() - scene.dynamic_bodies, "obstacle", "obstacles") << '\n';
+        << counted(scene.bodies.size() - scene.dynamic_bodies, "obstacle", "obstacles")
+        << "\n  skipped range, stiffness, damping_time, friction_speed and sticking_distance of "
+           "[contact], and tolerances: impulses have no barrier, and no error is controlled\n";
     describe_enclosed_spheres(scene, out);
     return;
   }
