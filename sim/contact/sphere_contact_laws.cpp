@@ -12,6 +12,10 @@ namespace {
 constexpr double settling_share = 2e-3;
 // That fraction on cloth, whose light points would else change their velocity too abruptly.
 constexpr double settling_share_on_cloth = 0.25;
+// Smallest mass from which the strength of a barrier follows, as a share of the mass of the
+// heaviest sphere of the scene. Without it, the barrier of a light sphere would not carry the
+// impact of one that is a hundred times as heavy.
+constexpr double share_of_heaviest = 0.1;
 // Number of the shortest steps of the method in which the fastest impact passes from approach to
 // parting. Else no step would be short enough for it.
 constexpr double reversal_steps = 20;
@@ -22,6 +26,10 @@ SphereContactLaws::SphereContactLaws(const Scene& scene)
     : scene_(scene), laws_(scene), to_spin_(scene.bodies.size(), 0) {
   if (scene.source.particles.empty()) return;
   set_friction(scene.source.contact.friction.constant_or_zero());
+  for (const SceneBody& body : scene.bodies) {
+    if (body.spheres != nullptr)
+      least_mass_ = std::max(least_mass_, share_of_heaviest * scene.mass[body.first_particle]);
+  }
   for (const SceneBody& spins : scene.bodies) {
     if (!spins.are_spins) continue;
     const auto spheres = std::ranges::find(scene.bodies, spins.spheres, &SceneBody::spheres);
@@ -61,7 +69,8 @@ ContactLaw SphereContactLaws::of(int body_a, int body_b, double range) const {
   bool has_cloth = false;
   for (const int b : {body_a, body_b}) {
     const SceneBody& body = scene_.bodies[b];
-    if (body.spheres != nullptr) inverse_mass += 1 / scene_.mass[body.first_particle];
+    if (body.spheres != nullptr)
+      inverse_mass += 1 / std::max(scene_.mass[body.first_particle], least_mass_);
     has_cloth |= body.spheres == nullptr && body.dynamic;
   }
   const double speed = scene_.impact_speed, relative_speed = speed / range;

@@ -12,7 +12,8 @@ namespace weft::sim {
 // Spheres bounce off each other and off obstacles, with the restitution of the case. Points of
 // cloth that hit a sphere do not bounce; the cloth as a whole rebounds by its elasticity. The
 // barrier of a sphere stores the kinetic energy of an impact at the largest expected speed in about
-// two thirds of its range, so that its stiffness follows from masses and not from an area.
+// two thirds of its range, so that its stiffness follows from masses and not from an area. Spheres
+// of less than a tenth of the heaviest one's mass have the barrier of that tenth.
 class SphereContactLaws {
  public:
   // The scene must outlive the object. O(points).
@@ -37,6 +38,7 @@ class SphereContactLaws {
 
   const Scene& scene_;
   SphereLaws laws_;
+  double least_mass_ = 0;  // kg; barriers of lighter spheres are those of spheres of this mass
   // By body: the first surface point of its spins minus its own, or 0 if it does not turn.
   std::vector<int> to_spin_;
 };
