@@ -297,7 +297,9 @@ void CvodeIntegrator::Implementation::set_newton_tolerance() {
 // motions allow no step.
 std::optional<Failure> CvodeIntegrator::Implementation::follow_motions() {
   const double start = accepted.time();
-  const bool jumps = start > 0 && motion_limits.jumps_at(start);
+  // After a jump, short steps may end near it again.
+  const bool jumps =
+      start > 0 && motion_limits.jumps_at(start) && !motion_limits.jumps_at(accepted.start_time());
   if (jumps) begin_anew();
   dynamics.begin_step(start);
   // If coefficients vary, the first step after a jump needs its own length. CVODE would reuse the

@@ -1,4 +1,4 @@
-// The lengths of the first steps of a run, or of the first steps after a restart.
+// The lengths of steps that begin without a history: at a start and after a stop.
 #pragma once
 
 #include <algorithm>
@@ -24,10 +24,9 @@ inline double longest_step_after_stop(double last) {
 // the tolerances in this step h, in the RMS norm of the weights of tolerances.h. The finite
 // difference of two rates estimates y''. For the second rate, y moves along the first rate by the
 // tolerances, or for longest_first_step if that is shorter (Hairer, Noersett, Wanner, Solving
-// Ordinary Differential Equations I, II.4). The result lies between
-// ShortSteps::shortest_ever() and longest_first_step. Usually costs two evaluations of the forces.
-// Returns the shortest length if the forces cannot be evaluated at y; the step itself then reports
-// the failure.
+// Ordinary Differential Equations I, II.4). The result lies between ShortSteps::shortest_ever()
+// and longest_first_step. Usually costs two evaluations of the forces. Returns the shortest length
+// if the forces cannot be evaluated at y; the step itself then reports the failure.
 double first_step(Dynamics& dynamics, double time, std::span<const double> y);
 
 }  // namespace weft::sim

@@ -158,7 +158,9 @@ void OneStepIntegrator::accept(double time) {
   if (motion_limits_.apply()) {
     window_allowed_ += allowed_;
     accepted_.place_pins();
-    if (motion_limits_.has_event_at(time)) pass_event(motion_limits_.jumps_at(time));
+    // Short steps may end near an event that has been passed.
+    if (motion_limits_.has_event_at(time) && !motion_limits_.has_event_at(accepted_.start_time()))
+      pass_event(motion_limits_.jumps_at(time));
   }
   longest_after_veto_ *= growth_after_veto;
   if (!is_fixed()) return;

@@ -397,6 +397,18 @@ TEST(PrescribedMotion, MethodsBeginAnewAfterAJump) {
   }
 }
 
+// Steps after a jump that are shorter than minimum_step end near it again.
+TEST(PrescribedMotion, CvodeBeginsAnewOnceAtAJump) {
+  SimulatedCase sim(jumping_pins, {"time.minimum_step=4e-3"});
+  int short_steps = 0;
+  while (sim.integrator().time() < 0.0535) {
+    if (const auto failure = sim.integrator().step()) FAIL() << failure->text;
+    if (sim.integrator().time() > 0.05) ++short_steps;
+  }
+  EXPECT_GT(short_steps, 5);
+  EXPECT_EQ(sim.integrator().last_order(), 2);
+}
+
 // Pins in the state may err within the tolerance while they move; where they stop, the errors are
 // removed.
 TEST(PrescribedMotion, PinsStopExactlyWhereTheyShould) {
