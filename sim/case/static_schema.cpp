@@ -12,11 +12,11 @@ Table describe(StaticCase& target) {
             choice(&loading, {{Loading::proportional, "proportional"},
                               {Loading::in_time, "in_time"},
                               {Loading::arc_length, "arc_length"}}),
-            "Course of the loads. proportional: gravity grows in proportion to the time, from zero "
-            "to its full value at time.duration. in_time: each frame is the equilibrium at its "
-            "time, under the loads, curves and motions of that time. arc_length: each frame is a "
-            "point on the path of equilibria under loads times one factor, which may fall; nothing "
-            "else changes."),
+            "Course of the loads. proportional: gravity and loads grow in proportion to the time, "
+            "from zero to their full values at time.duration. in_time: each frame is the "
+            "equilibrium at its time, under the loads, curves and motions of that time. "
+            "arc_length: each frame is a point on the path of equilibria under loads times one "
+            "factor, which may fall; nothing else changes."),
       field("at_limit_point",
             choice(&at_limit_point, {{AtLimitPoint::stop, "stop"}, {AtLimitPoint::jump, "jump"}}),
             "Action where no equilibrium follows near the last one. stop: the run ends there. "

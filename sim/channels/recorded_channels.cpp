@@ -247,7 +247,8 @@ void RecordedChannels::find_supports(std::span<const Vec3> position) {
 
 void RecordedChannels::add_energies(double time, std::span<const Vec3> position,
                                     std::span<const Vec3> velocity) {
-  const Vec3 gravity = simulation_.dynamics_with_pins().gravity(time);
+  const Dynamics& dynamics = simulation_.dynamics_with_pins();
+  const Vec3 gravity = dynamics.load() * dynamics.gravity(time);
   std::vector<double> elastic(scene_.dynamic_bodies, 0.0);
   for (std::size_t b = 0; b < surfaces_.size(); ++b) {
     if (surfaces_[b].tensors) elastic[b] = surfaces_[b].tensors->elastic_energy();

@@ -198,12 +198,8 @@ class ArcLengthIntegrator final : public OneStepIntegrator {
   bool reaches_end(std::span<const double> y) const {
     if (options_.largest_load_factor && factor_ >= *options_.largest_load_factor) return true;
     if (!options_.largest_displacement) return false;
-    const StateView now = StateView::of(y);
-    for (int i = 0; i < scene().dynamic_particles; ++i) {
-      if ((now.position[i] - scene().initial_position[i]).norm() >= *options_.largest_displacement)
-        return true;
-    }
-    return false;
+    return dynamics().largest_displacement(StateView::of(y).position) >=
+           *options_.largest_displacement;
   }
 
   Trouble name_trouble() {

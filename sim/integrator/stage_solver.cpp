@@ -13,6 +13,7 @@
 #include "sim/integrator/sundials_access.h"
 #include "sim/integrator/vector_operations.h"
 #include "sim/motion/tolerances.h"
+#include "sim/scene/sliding_supports.h"
 #include "sim/solver/velocity_system.h"
 
 namespace weft::sim {
@@ -327,10 +328,15 @@ StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most
 
 // Returns true if a prescribed motion has moved particles since t = 0.
 bool StageSolver::Implementation::is_driven() const {
-  return std::any_of(scene.prescribed.begin(), scene.prescribed.end(),
-                     [&](const PrescribedMotion& held) {
-                       return held.moves && held.motion.bounds(0, time, held.radius).travel > 0;
-                     });
+  bool is_driven = false;
+  const auto add = [&](const RigidMotion& motion, double radius) {
+    is_driven = is_driven || motion.bounds(0, time, radius).travel > 0;
+  };
+  for (const PrescribedMotion& held : scene.prescribed)
+    if (held.moves) add(held.motion, held.radius);
+  for (const SceneBody& body : scene.bodies)
+    if (body.supports) body.supports->visit_motions(add);
+  return is_driven;
 }
 
 // Returns true if the residual velocities are small compared with the fastest velocity of the

@@ -19,12 +19,14 @@ class StaticIntegrator final : public OneStepIntegrator {
         acceleration_(scene.source.world.gravity.constant().norm()) {
     if (dynamics.has_loads())
       acceleration_ = applied_acceleration(dynamics, 0, dynamics.initial_state());
+    set_load(0);
   }
 
   int last_order() const override { return 0; }
   void transfer(StateArchive& archive) override {
     transfer_steps(archive);
     relaxation_.transfer(archive);
+    if (archive.reads()) set_load(time());
   }
   IntegratorCounts counts() const override {
     IntegratorCounts counts = OneStepIntegrator::counts();
@@ -37,9 +39,14 @@ class StaticIntegrator final : public OneStepIntegrator {
  private:
   bool checks_its_own_path() const override { return true; }
 
+  // Sets the loads of a time (s).
+  void set_load(double time) {
+    dynamics().set_load(time / scene().source.time.duration);
+    dynamics().set_load_factor(time / scene().source.time.duration);
+  }
+
   Trouble attempt(double& end, std::span<double> y) override {
-    dynamics().set_load(end / scene().source.time.duration);
-    dynamics().set_load_factor(end / scene().source.time.duration);
+    set_load(end);
     const auto half = static_cast<std::ptrdiff_t>(y.size() / 2);
     std::copy(state().begin(), state().begin() + half, y.begin());
     std::fill(y.begin() + half, y.end(), 0.0);

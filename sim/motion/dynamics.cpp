@@ -7,6 +7,7 @@
 #include "sim/base/parallel.h"
 #include "sim/case/time_methods.h"
 #include "sim/motion/particle_masses.h"
+#include "sim/scene/shell_body.h"
 #include "sim/scene/sliding_supports.h"
 
 namespace weft::sim {
@@ -66,6 +67,8 @@ Dynamics::Dynamics(const Scene& scene, Statistics& statistics,
   for (const auto& force : forces_) force->attach(*pattern);
   mass_.attach(pattern);
   stiffness_ = BlockMatrix(pattern);
+  for (int b = 0; b < scene.dynamic_bodies; ++b)
+    image_maps_.push_back(map_to_image(scene.bodies[b]));
   add_mass_damping();
   has_damping_ = !mass_damping_.empty() || std::ranges::any_of(forces_, [](const auto& force) {
     return force->has_damping();

@@ -155,6 +155,8 @@ class Dynamics {
   // Sets the load of an equilibrium. From now on, gravity is multiplied by `load`, and all
   // particles, pins and obstacles count as at rest.
   void set_load(double load) { load_ = load; }
+  // Returns the load that was set, or 1.
+  double load() const { return load_.value_or(1); }
   // From now on, leaves the springs of sliding supports out of K and D, or puts them back.
   void leave_out_supports(bool are_left_out) { supports_are_left_out_ = are_left_out; }
   // Multiplies the forces with Force::is_membrane() and their derivatives by `hardness` from now
@@ -284,7 +286,8 @@ class Dynamics {
   // of the forces.
   void find_force_parts(double time, std::span<const double> y, ForceParts& parts);
   // The largest stretch l / L - 1 of an edge of a dynamic body, with the present length l and the
-  // rest length L. `particle` is a vertex of that edge.
+  // rest length L. Edges of shells are those between the points of its image. `particle` is a
+  // vertex of that edge, or the particle whose image point is one.
   struct LargestStretch {
     double value = 0;
     int particle = 0;
@@ -293,6 +296,9 @@ class Dynamics {
   double largest_stretch(std::span<const Vec3> position) const {
     return find_largest_stretch(position).value;
   }
+  // Returns the largest distance (m) of an image point of a dynamic body from its place at the
+  // start. `position` has one entry per dynamic particle (m).
+  double largest_displacement(std::span<const Vec3> position) const;
 
  private:
   Dynamics(const Scene& scene, Statistics& statistics, std::vector<std::unique_ptr<Force>> forces,
@@ -360,6 +366,7 @@ class Dynamics {
   std::vector<Vec3> damping_product_;
   Linearisation linearisation_;
   std::optional<double> load_;
+  std::vector<SurfaceMap> image_maps_;  // map_to_image() of the dynamic bodies
   double hardness_ = 1;
   TimeCurve<Vec3> gravity_curve_;
   TimeCurve<double> friction_curve_;

@@ -22,7 +22,7 @@ Energies Dynamics::energies_at_last_rate(double time, std::span<const double> y)
   const Kinematics state = kinematics(time, y);
   Energies energies;
   energies.kinetic = 0.5 * mass_.product(state.velocity, state.velocity, threads_);
-  energies.gravitational = -gravity_.dot(moment_of_weight(state.position));
+  energies.gravitational = -load() * gravity_.dot(moment_of_weight(state.position));
   if (creases_) energies.dissipated = 0;
   for (const auto& force : forces_) {
     energies.elastic.emplace_back(force->name(), force->energy(state, threads_));
@@ -145,14 +145,17 @@ void Dynamics::find_forces_of_pins(double time, ForceParts& parts) {
 Dynamics::LargestStretch Dynamics::find_largest_stretch(std::span<const Vec3> position) const {
   double largest = -1;
   int particle = 0;
+  std::vector<Vec3> room, rest_room;
   for (int b = 0; b < scene_.dynamic_bodies; ++b) {
     const SceneBody& body = scene_.bodies[b];
-    const Vec3* x = position.data() + body.first_particle;
+    const SurfaceMap& map = image_maps_[b];
+    const int count = body.particle_count();
+    const auto x = map.points_of(position.subspan(body.first_particle, count), count, room);
+    const auto rest = map.points_of(body.rest, count, rest_room);
     for (const std::array<int, 3>& triangle : body.mesh.triangles) {
       for (int i = 0; i < 3; ++i) {
         const int p = triangle[i], q = triangle[(i + 1) % 3];
-        const double ratio =
-            (x[p] - x[q]).squaredNorm() / (body.rest[p] - body.rest[q]).squaredNorm();
+        const double ratio = (x[p] - x[q]).squaredNorm() / (rest[p] - rest[q]).squaredNorm();
         if (!(ratio > largest)) continue;
         largest = ratio;
         particle = body.first_particle + p;
@@ -161,6 +164,22 @@ Dynamics::LargestStretch Dynamics::find_largest_stretch(std::span<const Vec3> po
   }
   if (largest < 0) return {0, particle};  // only spheres, which have no edges
   return {std::sqrt(largest) - 1, particle};
+}
+
+double Dynamics::largest_displacement(std::span<const Vec3> position) const {
+  double largest = 0;
+  std::vector<Vec3> room, start_room;
+  const std::span<const Vec3> start_position(scene_.initial_position);
+  for (int b = 0; b < scene_.dynamic_bodies; ++b) {
+    const SceneBody& body = scene_.bodies[b];
+    const int count = body.particle_count();
+    const auto points_of = [&](std::span<const Vec3> all, std::vector<Vec3>& into) {
+      return image_maps_[b].points_of(all.subspan(body.first_particle, count), count, into);
+    };
+    const auto now = points_of(position, room), start = points_of(start_position, start_room);
+    for (int i = 0; i < count; ++i) largest = std::max(largest, (now[i] - start[i]).norm());
+  }
+  return largest;
 }
 
 }  // namespace weft::sim

@@ -42,14 +42,15 @@ double size_of_start(const Scene& scene) {
 
 EnergyWatch::EnergyWatch(Dynamics& dynamics, std::span<const double> start, double start_time)
     : scene_(dynamics.scene()),
+      dynamics_(dynamics),
       external_(dynamics, start, start_time),
       applies_(can_be_watched(dynamics)),
       start_time_(start_time),
       mass_(std::accumulate(scene_.mass.begin(), scene_.mass.end(), 0.0)),
       longest_fall_(size_of_start(scene_)) {
   const Energies energies = dynamics.energies(start_time, start);
-  start_ =
-      energies.total() - external_.held_kinetic_energy() - external_.held_gravitational_energy();
+  start_ = energies.total() - energies.gravitational + gravitational(start_time, start, energies) -
+           external_.held_kinetic_energy() - external_.held_gravitational_energy();
   start_dissipated_ = energies.dissipated.value_or(0);
   start_kinetic_ = energies.kinetic - external_.held_kinetic_energy();
 }
@@ -68,6 +69,13 @@ double EnergyWatch::fall_energy(double time) const {
   return mass_ * gravity * std::min(longest_fall_, fall);
 }
 
+// Returns the gravitational energy (J) under the whole weight, whatever the load of an equilibrium.
+double EnergyWatch::gravitational(double time, std::span<const double> y,
+                                  const Energies& now) const {
+  if (!traits_of(scene_.source.time.method).finds_equilibria()) return now.gravitational;
+  return -dynamics_.gravity(time).dot(dynamics_.moment_of_weight(StateView::of(y).position));
+}
+
 void EnergyWatch::transfer(StateArchive& archive) {
   archive(start_time_, start_, start_dissipated_, start_kinetic_, most_, largest_share_);
   external_.transfer(archive);
@@ -79,9 +87,9 @@ std::optional<Failure> EnergyWatch::check(double time, std::span<const double> y
   external_.add_step(time, y);
   const double within = now.total() - now.gravitational - now.contact - now.constraints -
                         external_.held_kinetic_energy();
-  const double gravitational = now.gravitational - external_.held_gravitational_energy();
+  const double height = gravitational(time, y, now) - external_.held_gravitational_energy();
   const double put_in =
-      start_ - gravitational + external_.work() - (now.dissipated.value_or(0) - start_dissipated_);
+      start_ - height + external_.work() - (now.dissipated.value_or(0) - start_dissipated_);
   most_ = std::max({most_, put_in, start_kinetic_ + fall_energy(time)});
   const TimeCase& options = scene_.source.time;
   const double error = std::sqrt(1.5 * mass_) * velocity_tolerance(options) +

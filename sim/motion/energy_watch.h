@@ -48,9 +48,11 @@ class EnergyWatch {
 
  private:
   double fall_energy(double time) const;
+  double gravitational(double time, std::span<const double> y, const Energies& now) const;
   Failure failure(double time, std::span<const double> y, double within, double put_in) const;
 
   const Scene& scene_;
+  const Dynamics& dynamics_;
   ExternalWork external_;
   bool applies_ = true;
   double start_time_ = 0;                // s

@@ -43,7 +43,8 @@ MotionLimits::MotionLimits(const Scene& scene, const Dynamics& dynamics)
     const int body = scene.body_index_of_particle(held.particles.front());
     const bool is_obstacle = !scene.bodies[body].dynamic;
     if (is_obstacle && range_ == 0 && !is_tied_to(scene, body)) continue;
-    if (!is_obstacle || range_ > 0) motions_.push_back({&held, body, is_obstacle});
+    if (!is_obstacle || range_ > 0)
+      motions_.push_back({&held.motion, held.radius, held.particles.front(), body, is_obstacle});
     double time = -1;
     while (const auto event = held.motion.next_event(time)) {
       events_.push_back(*event);
@@ -52,6 +53,9 @@ MotionLimits::MotionLimits(const Scene& scene, const Dynamics& dynamics)
   }
   for (int b = 0; b < scene.dynamic_bodies; ++b) {
     if (!scene.bodies[b].supports) continue;
+    scene.bodies[b].supports->visit_motions([&](const RigidMotion& motion, double radius) {
+      motions_.push_back({&motion, radius, scene.bodies[b].first_particle, b, false});
+    });
     std::ranges::copy(events_of(*scene.bodies[b].supports), std::back_inserter(events_));
   }
   const SceneCurves curves(scene.source);
@@ -116,7 +120,7 @@ Failure MotionLimits::failure(double time) const {
                 " s: " + crossing_->describe(scene_)};
   }
   const SceneBody& body = scene_.bodies[culprit_->body];
-  return {kind, time, culprit_->held->particles[0],
+  return {kind, time, culprit_->particle,
           std::string("the prescribed motion of ") + (body.is_obstacle ? "obstacle" : "body") +
               " \"" + body.name + "\" is too fast to be followed by steps of " +
               number_text(scene_.source.time.minimum_step) +
@@ -129,7 +133,7 @@ void MotionLimits::find_approaches(double time, double end, std::span<const doub
   bool has_positions = false;
   for (const Moving& moving : motions_) {
     if (!moving.is_obstacle) continue;
-    const MotionBounds bounds = moving.held->motion.bounds(time, end, moving.held->radius);
+    const MotionBounds bounds = moving.motion->bounds(time, end, moving.radius);
     if (bounds.travel <= stray_part * range_) continue;
     if (!has_positions) find_points(time, y);
     has_positions = true;
@@ -251,7 +255,7 @@ void MotionLimits::add_approaches(const Moving& obstacle, int body, double time,
         .speed = block.speed};
     if (way <= approach_part * approach.clearance) continue;
     for (const int p : block.points) {
-      const RigidMotion& motion = obstacle.held->motion;
+      const RigidMotion& motion = *obstacle.motion;
       const Vec3& place = point_position_[p];
       const Vec3 relative = point_velocity_[p] - motion.velocity_at(time, place);
       approach.relative_speed = std::max(approach.relative_speed, relative.norm());
@@ -262,7 +266,7 @@ void MotionLimits::add_approaches(const Moving& obstacle, int body, double time,
 }
 
 bool MotionLimits::keeps_to_chord(const Moving& moving, const MotionBounds& bounds) const {
-  if (bounds.angle > largest_turn && bounds.angle * moving.held->radius > 0) return false;
+  if (bounds.angle > largest_turn && bounds.angle * moving.radius > 0) return false;
   return range_ == 0 || bounds.stray <= stray_part * range_;
 }
 
@@ -272,15 +276,14 @@ bool MotionLimits::is_short_enough(double time, double end) {
   for (const Moving& moving : motions_) {
     if (moving.is_obstacle) continue;
     culprit_ = &moving;
-    if (!keeps_to_chord(moving, moving.held->motion.bounds(time, end, moving.held->radius)))
-      return false;
+    if (!keeps_to_chord(moving, moving.motion->bounds(time, end, moving.radius))) return false;
   }
   for (const Approach& approach : approaches_) {
     culprit_ = approach.obstacle;
-    const PrescribedMotion& held = *approach.obstacle->held;
-    const MotionBounds bounds = held.motion.bounds(time, end, held.radius);
+    const RigidMotion& motion = *approach.obstacle->motion;
+    const MotionBounds bounds = motion.bounds(time, end, approach.obstacle->radius);
     if (bounds.travel <= stray_part * range_) continue;
-    const double acceleration = held.motion.bounds(time, end, approach.radius).acceleration;
+    const double acceleration = motion.bounds(time, end, approach.radius).acceleration;
     const double way =
         std::min(approach.speed * length + bounds.travel,
                  approach.relative_speed * length + acceleration * length * length / 2);

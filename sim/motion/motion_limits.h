@@ -69,7 +69,9 @@ class MotionLimits {
 
  private:
   struct Moving {
-    const PrescribedMotion* held;
+    const RigidMotion* motion;
+    double radius;  // RigidMotion::radius_of() the particles that move, m
+    int particle;   // one of them
     int body;
     bool is_obstacle;  // true for an obstacle of the case or a body held as a whole
   };

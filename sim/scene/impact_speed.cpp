@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/scene/sliding_supports.h"
+
 namespace weft::sim {
 
 namespace {
@@ -59,6 +61,12 @@ double driven_speed(const Scene& scene) {
   double speed = 0;
   for (const PrescribedMotion& held : scene.prescribed)
     if (held.moves) speed = std::max(speed, largest_speed(held.motion, held.radius));
+  for (const SceneBody& body : scene.bodies) {
+    if (!body.supports) continue;
+    body.supports->visit_motions([&](const RigidMotion& motion, double radius) {
+      speed = std::max(speed, largest_speed(motion, radius));
+    });
+  }
   for (const TimedPin& pin : scene.timed_pins) {
     if (!pin.source->motion || pin.particles.empty()) continue;
     std::vector<Vec3> places;

@@ -234,6 +234,9 @@ void add_pins(Scene& scene, const BodyCase& from, SceneBody& body,
       add_sliding_supports(body, pin, held.pin, named, positions, *sliding);
       continue;
     }
+    std::vector<int> held_points;  // those of the image that the case names
+    for (const int local : named)
+      if (scene.pinned[body.first_particle + local] == 0) held_points.push_back(local);
     if (pin.clamp && body.spline) named = with_clamped_rows(body, pin, std::move(named));
     for (const int local : named) {
       const int particle = body.first_particle + local;
@@ -245,7 +248,7 @@ void add_pins(Scene& scene, const BodyCase& from, SceneBody& body,
     }
     held.moves = pin.motion.has_value();
     if (held.moves) {
-      held.motion = RigidMotion(*pin.motion, mean_of(held.start));
+      held.motion = RigidMotion(*pin.motion, mean_of_image_points(body, positions, held_points));
       held.radius = held.motion.radius_of(held.start);
     }
     if (pin.clamp && !body.spline)
@@ -283,6 +286,12 @@ void apply_initial_motions(Scene& scene) {
     for (std::size_t i = 0; i < held.particles.size(); ++i) {
       scene.initial_position[held.particles[i]] = position[i];
     }
+  }
+  for (const SceneBody& body : scene.bodies) {
+    if (!body.supports || !body.supports->any_moves()) continue;
+    match_positions(
+        *body.supports, 0.0,
+        std::span(scene.initial_position).subspan(body.first_particle, body.particle_count()));
   }
 }
 

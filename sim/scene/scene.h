@@ -100,6 +100,7 @@ struct TimedPin {
   int number;                  // index of the pin in the list of its body
   int body;                    // index into Scene::bodies
   std::vector<int> particles;  // global indices of all particles that the pin may hold
+  std::vector<int> points;     // of these, the image points that the case names; local indices
 };
 
 // The particles that a timed pin holds between two changes of pins.

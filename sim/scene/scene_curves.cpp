@@ -10,6 +10,9 @@ bool has_drag(const MaterialCase& material) {
   return !material.normal_drag.is_zero() || !material.tangential_drag.is_zero();
 }
 
+// Damping (1/s) from which a body that falls may count as at rest: it falls by less than 1 mm/s.
+constexpr double brake = 1e4;
+
 class CurveFinder {
  public:
   explicit CurveFinder(const Case& source) : case_(source) {}
@@ -69,7 +72,9 @@ class CurveFinder {
   void add_material(const MaterialCase& material) {
     const std::size_t first = curves_.size();
     const std::string path = "material." + material.name + '.';
-    add(path + "mass_damping", material.mass_damping);
+    SceneCurve* damping = add(path + "mass_damping", material.mass_damping);
+    if (damping != nullptr && std::ranges::max(material.mass_damping.curve()->values) > brake)
+      damping->moves_materials.push_back(material.name);
     add(path + "stiffness_damping", material.stiffness_damping);
     SceneCurve* bending = add(path + "bending_damping", material.bending_damping);
     if (bending != nullptr && !material.resists_bending())

@@ -103,6 +103,20 @@ void visit_shell_mass(const SceneBody& body, const MassVisit& visit) {
   }
 }
 
+SurfaceMap map_to_image(const SceneBody& body) {
+  if (!body.spline) return {};
+  return body.spline->map_to(body.atlas, body.spline->image_places(body.atlas));
+}
+
+Vec3 mean_of_image_points(const SceneBody& body, std::span<const Vec3> position,
+                          std::span<const int> points) {
+  std::vector<Vec3> room;
+  const auto image = map_to_image(body).points_of(position, body.particle_count(), room);
+  Vec3 sum = Vec3::Zero();
+  for (const int point : points) sum += image[point];
+  return sum / static_cast<double>(std::max<std::size_t>(1, points.size()));
+}
+
 void require_regular_rest(const SceneBody& body, const BodyCase& from) {
   for (int p = 0; p < std::ssize(body.spline->patches()); ++p) {
     const auto& [u, v] = body.spline->patches()[p];

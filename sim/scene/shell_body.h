@@ -21,6 +21,14 @@ void make_spline(SceneBody& body, const BodyCase& from);
 std::vector<Vec3> control_points_of(const SceneBody& body, const BodyCase& from,
                                     std::span<const Vec3> image);
 
+// Returns the map from a body's particles to the points of its image, by particle: points of the
+// surface for shells, else the particles.
+SurfaceMap map_to_image(const SceneBody& body);
+// Returns the mean (m) of image points of a body. `position` has its particles (m). `points` are
+// local indices.
+Vec3 mean_of_image_points(const SceneBody& body, std::span<const Vec3> position,
+                          std::span<const int> points);
+
 // Throws CaseError at the shape if the rest surface has no area at one of the 4 x 4 Gauss points
 // per element, or if its normals at neighbouring ones differ by 90 degrees or more: it is folded
 // there. Precondition: `rest` of the body has control points.

@@ -56,6 +56,7 @@ void add_sliding_supports(const SceneBody& body, const PinCase& pin, int number,
                           SlidingSupports& supports) {
   supports.motions.resize(number + 1);
   supports.moves.resize(number + 1, 0);
+  supports.radii.resize(number + 1, 0);
   Adder adder(number, position, supports);
   for (const std::string& axis : pin.axes) {
     const Vec3 direction = Vec3::Unit(axis[0] - 'x');
@@ -64,10 +65,9 @@ void add_sliding_supports(const SceneBody& body, const PinCase& pin, int number,
   if (pin.motion) {
     std::vector<Vec3> start;
     for (const int i : held) start.push_back(position[i]);
-    Vec3 mean = Vec3::Zero();
-    for (const Vec3& each : start) mean += each / static_cast<double>(start.size());
-    supports.motions[number] = RigidMotion(*pin.motion, mean);
+    supports.motions[number] = RigidMotion(*pin.motion, mean_of_image_points(body, position, held));
     supports.moves[number] = 1;
+    supports.radii[number] = supports.motions[number].radius_of(start);
   }
   if (!pin.symmetry) return;
   require_plane(body, pin, held, position);
@@ -89,28 +89,48 @@ std::vector<MotionEvent> events_of(const SlidingSupports& supports) {
   return events;
 }
 
-void match_velocities(const SlidingSupports& supports, double time, std::span<Vec3> velocity) {
+namespace {
+
+// Sets the supported components of `values`, positions or velocities by particle, to those of
+// wanted(pin, start) for the support's places.
+template <class Wanted>
+void match(const SlidingSupports& supports, const Wanted& wanted, std::span<Vec3> values) {
   // Setting one component disturbs another one only if their directions are oblique or the support
   // has a base. Such components converge like a geometric series.
   constexpr int most_rounds = 100;
   constexpr double rounding = 1e-14;
   for (int round = 0; round < most_rounds; ++round) {
-    double largest_change = 0, largest_speed = 0;
+    double largest_change = 0, largest = 0;
     for (const SlidingSupport& each : supports.all) {
-      Vec3 place = Vec3::Zero(), rate = Vec3::Zero(), base_rate = Vec3::Zero();
-      if (supports.moves[each.pin] != 0) {
-        const RigidPose pose = supports.motions[each.pin].pose(time);
-        pose.place(each.start, place, rate);
-        if (each.base >= 0) pose.place(each.start_base, place, base_rate);
-      }
-      if (each.base >= 0) base_rate -= velocity[each.base];
-      const double change = each.direction.dot(rate - base_rate - velocity[each.particle]);
-      velocity[each.particle] += change * each.direction;
+      Vec3 left = wanted(each.pin, each.start) - values[each.particle];
+      if (each.base >= 0) left -= wanted(each.pin, each.start_base) - values[each.base];
+      const double change = each.direction.dot(left);
+      values[each.particle] += change * each.direction;
       largest_change = std::max(largest_change, std::abs(change));
-      largest_speed = std::max(largest_speed, velocity[each.particle].norm());
+      largest = std::max(largest, values[each.particle].norm());
     }
-    if (largest_change <= rounding * largest_speed) return;
+    if (largest_change <= rounding * largest) return;
   }
+}
+
+}  // namespace
+
+void match_positions(const SlidingSupports& supports, double time, std::span<Vec3> position) {
+  const auto wanted = [&](int pin, const Vec3& start) {
+    Vec3 place = start, rate = Vec3::Zero();
+    if (supports.moves[pin] != 0) supports.motions[pin].pose(time).place(start, place, rate);
+    return place;
+  };
+  match(supports, wanted, position);
+}
+
+void match_velocities(const SlidingSupports& supports, double time, std::span<Vec3> velocity) {
+  const auto wanted = [&](int pin, const Vec3& start) {
+    Vec3 place = Vec3::Zero(), rate = Vec3::Zero();
+    if (supports.moves[pin] != 0) supports.motions[pin].pose(time).place(start, place, rate);
+    return rate;
+  };
+  match(supports, wanted, velocity);
 }
 
 }  // namespace weft::sim

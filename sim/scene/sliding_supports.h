@@ -1,6 +1,7 @@
 // Supports that hold particles in some directions and leave them free in the other directions.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -29,6 +30,16 @@ struct SlidingSupports {
   std::vector<SlidingSupport> all;
   std::vector<RigidMotion> motions;  // by pin
   std::vector<char> moves;           // by pin: nonzero if the pin moves
+  std::vector<double> radii;         // by pin: RigidMotion::radius_of() its particles, m
+
+  bool any_moves() const { return std::ranges::find(moves, 1) != moves.end(); }
+  // Calls visit(motion, radius) for each pin that moves.
+  template <class Visit>
+  void visit_motions(const Visit& visit) const {
+    for (std::size_t pin = 0; pin < moves.size(); ++pin) {
+      if (moves[pin] != 0) visit(motions[pin], radii[pin]);
+    }
+  }
 };
 
 // Appends the supports of a pin with `axes` or with a plane of symmetry. `number` is the index of
@@ -46,6 +57,9 @@ void add_sliding_supports(const SceneBody& body, const PinCase& pin, int number,
 // Returns the starts, stops and keyframes of the motions of supports.
 std::vector<MotionEvent> events_of(const SlidingSupports& supports);
 
+// Sets the supported components of a body's positions (m, by particle) to those of the supports at
+// `time` (s). O(supports), as match_velocities().
+void match_positions(const SlidingSupports& supports, double time, std::span<Vec3> position);
 // Sets the supported components of a body's velocities (m/s, by particle) to those of the supports
 // at `time` (s), after any jump then. The springs of supports would do so within a time that no
 // step resolves. O(supports) if the directions at each particle are perpendicular.

@@ -29,10 +29,15 @@ PrescribedMotion prescribed_by(const TimedHold& hold, const TimedPin& timed) {
   return held;
 }
 
-Vec3 mean_of(std::span<const Vec3> position, const std::vector<int>& particles) {
-  Vec3 sum = Vec3::Zero();
-  for (const int particle : particles) sum += position[particle];
-  return sum / static_cast<double>(particles.size());
+// Returns the mean (m) of the image points that the pin names and holds.
+Vec3 centre_of(const TimedPin& pin, const SceneBody& body, const std::vector<int>& held,
+               std::span<const Vec3> position) {
+  std::vector<int> points;
+  for (const int point : pin.points) {
+    if (std::ranges::find(held, body.first_particle + point) != held.end()) points.push_back(point);
+  }
+  return mean_of_image_points(body, position.subspan(body.first_particle, body.particle_count()),
+                              points);
 }
 
 // Returns the edges at the rim of a clamp. An edge that the clamp held before keeps its ghost.
@@ -52,12 +57,14 @@ std::vector<ClampedEdge> clamped_edges(const SceneBody& body, const TimedHold& h
 
 // Returns the hold of a pin on `particles`. `before` is the previous hold of the pin, or null if
 // the pin held nothing before.
-TimedHold hold_of(int pin, const PinCase& source, const SceneBody& body, std::vector<int> particles,
+TimedHold hold_of(int pin, const TimedPin& timed, const SceneBody& body, std::vector<int> particles,
                   double now, std::span<const Vec3> position, const TimedHold* before) {
+  const PinCase& source = *timed.source;
   TimedHold hold;
   hold.pin = pin;
   hold.particles = std::move(particles);
-  hold.centre = before != nullptr ? before->centre : mean_of(position, hold.particles);
+  hold.centre =
+      before != nullptr ? before->centre : centre_of(timed, body, hold.particles, position);
   RigidPose pose;
   // At t = 0 the start of a particle is its place in the case, even if the motion of the pin begins
   // elsewhere.
@@ -93,8 +100,12 @@ void add_timed_pins(Scene& scene) {
     const auto positions = std::span<const Vec3>(scene.initial_position)
                                .subspan(body.first_particle, body.particle_count());
     for (const PinCase& pin : from.pin) {
-      TimedPin timed{&pin, static_cast<int>(&pin - from.pin.data()), scene.case_order[b],
-                     select_pinned(pin, body, positions)};
+      TimedPin timed{&pin,
+                     static_cast<int>(&pin - from.pin.data()),
+                     scene.case_order[b],
+                     select_pinned(pin, body, positions),
+                     {}};
+      timed.points = timed.particles;
       if (pin.clamp && body.spline)
         timed.particles = with_clamped_rows(body, pin, std::move(timed.particles));
       for (int& particle : timed.particles) particle += body.first_particle;
@@ -131,8 +142,8 @@ std::vector<TimedHold> find_holds(const Scene& whole, double event, double now,
     if (particles.empty()) continue;
     const int index = static_cast<int>(p);
     const auto found = std::ranges::find(before, index, &TimedHold::pin);
-    holds.push_back(hold_of(index, *pin.source, whole.bodies[pin.body], std::move(particles), now,
-                            position, found == before.end() ? nullptr : &*found));
+    holds.push_back(hold_of(index, pin, whole.bodies[pin.body], std::move(particles), now, position,
+                            found == before.end() ? nullptr : &*found));
   }
   return holds;
 }

@@ -6,6 +6,7 @@
 
 #include "sim/case/case_text.h"
 #include "sim/case/time_methods.h"
+#include "sim/scene/sliding_supports.h"
 
 namespace weft::sim {
 
@@ -21,6 +22,10 @@ std::vector<char> find_moving_pins(const Scene& scene) {
     if (!held.moves || held.particles.empty() || held.particles.front() >= scene.dynamic_particles)
       continue;
     has_moving_pin[scene.body_index_of_particle(held.particles.front())] = 1;
+  }
+  for (int b = 0; b < scene.dynamic_bodies; ++b) {
+    const auto& supports = scene.bodies[b].supports;
+    if (supports && supports->any_moves()) has_moving_pin[b] = 1;
   }
   for (const TimedPin& pin : scene.timed_pins) {
     const double last = std::max(pin.source->hold_time, pin.source->release_time.value_or(0));

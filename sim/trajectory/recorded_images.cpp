@@ -2,18 +2,9 @@
 
 #include <algorithm>
 
-#include "sim/scene/spline_surface.h"
+#include "sim/scene/shell_body.h"
 
 namespace weft::sim {
-
-namespace {
-
-SurfaceMap map_to_image(const SceneBody& body) {
-  if (!body.spline) return {};
-  return body.spline->map_to(body.atlas, body.spline->image_places(body.atlas));
-}
-
-}  // namespace
 
 RecordedImages::RecordedImages(const Scene& scene, const RecordedChannels& channels)
     : scene_(scene),

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <optional>
 
+#include "channel_run.h"
 #include "simulated_case.h"
 
 namespace weft::sim::static_test {
@@ -50,6 +51,39 @@ edges = ["last_row"]
 }
 
 // Nearly inextensible triangles can only rotate, which makes every load hard for Newton's method.
+// The first frame is before all loads. Energies are those under the present weight.
+TEST(Static, RecordsWhatItsPartOfTheLoadsDoes) {
+  ChannelRun sheet(R"(
+[time]
+method = "static"
+duration = 1
+frames_per_second = 4
+[contact]
+enabled = false
+[output]
+channels = ["reactions", "body_energy"]
+[material.cloth]
+density = 0.2
+bending_stiffness = 1e-2
+[[body]]
+name = "sheet"
+position = [0, 0, 1]
+shape = { type = "rectangle", size = [0.5, 0.4], resolution = [7, 9] }
+[[body.pin]]
+edges = ["first_col", "last_col"]
+)");
+  const double weight = 0.2 * 0.5 * 0.4 * 9.81;
+  for (const double load : {0.0, 0.25, 1.0}) {
+    sheet.advance_to(load);
+    const double carried = sheet.sum_of_reactions("force").z();
+    EXPECT_NEAR(std::abs(carried), load * weight, 1e-3 * weight) << load;
+    // The sheet is 1 m up, less its sag.
+    const double energy = sheet.simulation().energies().gravitational;
+    EXPECT_NEAR(energy, load * weight, 0.05 * load * weight) << load;
+    EXPECT_NEAR(sheet.record("body_energy/sheet/gravitational")[0], energy, 1e-12 * weight) << load;
+  }
+}
+
 TEST(Static, HangsHoweverStiff) {
   for (const char* stiffness : {"1e3", "1e6", "1e9"}) {
     Overrides options = method("static");
