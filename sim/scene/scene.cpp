@@ -234,10 +234,9 @@ void add_pins(Scene& scene, const BodyCase& from, SceneBody& body,
       add_sliding_supports(body, pin, held.pin, named, positions, *sliding);
       continue;
     }
-    std::vector<int> held_points;  // those of the image that the case names
-    for (const int local : named)
-      if (scene.pinned[body.first_particle + local] == 0) held_points.push_back(local);
+    const std::vector<int> points = named;
     if (pin.clamp && body.spline) named = with_clamped_rows(body, pin, std::move(named));
+    std::vector<int> held_points;  // local indices, those that the case names if there are any
     for (const int local : named) {
       const int particle = body.first_particle + local;
       // The first pin that selects a vertex holds it. Pins that slide do not count.
@@ -245,6 +244,11 @@ void add_pins(Scene& scene, const BodyCase& from, SceneBody& body,
       scene.pinned[particle] = 1;
       held.particles.push_back(particle);
       held.start.push_back(scene.initial_position[particle]);
+      if (std::ranges::binary_search(points, local)) held_points.push_back(local);
+    }
+    if (held_points.empty()) {
+      for (const int particle : held.particles)
+        held_points.push_back(particle - body.first_particle);
     }
     held.moves = pin.motion.has_value();
     if (held.moves) {

@@ -29,12 +29,16 @@ PrescribedMotion prescribed_by(const TimedHold& hold, const TimedPin& timed) {
   return held;
 }
 
-// Returns the mean (m) of the image points that the pin names and holds.
+// Returns the mean (m) of the image points that the pin names and holds. If other pins hold all of
+// these, returns the mean of the rows that a clamp adds. `held` is sorted.
 Vec3 centre_of(const TimedPin& pin, const SceneBody& body, const std::vector<int>& held,
                std::span<const Vec3> position) {
   std::vector<int> points;
   for (const int point : pin.points) {
-    if (std::ranges::find(held, body.first_particle + point) != held.end()) points.push_back(point);
+    if (std::ranges::binary_search(held, body.first_particle + point)) points.push_back(point);
+  }
+  if (points.empty()) {
+    for (const int particle : held) points.push_back(particle - body.first_particle);
   }
   return mean_of_image_points(body, position.subspan(body.first_particle, body.particle_count()),
                               points);

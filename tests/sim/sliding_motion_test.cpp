@@ -65,7 +65,7 @@ TEST(SlidingMotion, TakesFurtherIterations) {
   }
 }
 
-TEST(SlidingMotion, LimitsTheTurnOfASteps) {
+TEST(SlidingMotion, LimitsTheTurnOfAStep) {
   SimulatedCase sheet(pinned_sheet(sliding + "motion = { angular_velocity_deg = [0, 0, 3600] }\n"),
                       method("euler", {"time.step=0.01", "time.duration=0.05"}));
   double last = 0;
