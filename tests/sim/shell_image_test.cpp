@@ -4,7 +4,9 @@
 
 #include <string>
 
+#include "sim/scene/shell_body.h"
 #include "sim/scene/sliding_supports.h"
+#include "sim/simulation/simulation.h"
 #include "tests/sim/simulated_case.h"
 
 namespace weft::sim::shell_image_test {
@@ -72,6 +74,51 @@ TEST(ShellImage, PinsTurnAboutTheMeanOfTheirPoints) {
       }
     }
   }
+}
+
+// A load in the middle of a roof moves a control point by a third more than the surface.
+TEST(ShellImage, PathsEndAtTheLargestDisplacementOfTheSurface) {
+  Simulation roof(build_scene(parse_case(R"(
+[time]
+method = "static"
+duration = 1
+frames_per_second = 100
+[static]
+loading = "arc_length"
+largest_displacement = 0.01
+first_load_factor = 0.02
+largest_step = 1e-4
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.shell]
+model = "shell"
+youngs_modulus = 3.1e9
+poisson_ratio = 0.3
+shell_thickness = 0.00635
+volume_density = 1000
+[[body]]
+name = "roof"
+shape = { type = "cylinder", radius = 2.54, length = 0.508, angle_deg = 11.459, resolution = [9, 9] }
+[[body.pin]]
+edges = ["first_col", "last_col"]
+[[load]]
+body = "roof"
+type = "point"
+rows = [4, 4]
+cols = [4, 4]
+force = [-1000, 0, 0]
+)",
+                                         "test.toml")));
+  const auto middle = [&] {
+    const std::vector<int> point{4 * 9 + 4};
+    return mean_of_image_points(roof.scene().bodies[0], roof.position("roof"), point);
+  };
+  const Vec3 start = middle();
+  while (!roof.has_ended() && roof.time() < 1) ASSERT_FALSE(roof.step());
+  EXPECT_GE((middle() - start).norm(), 0.01);
+  EXPECT_LT((middle() - start).norm(), 0.0105);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 
 #include "sim/motion/motion_limits.h"
 #include "sim/run/make_simulation.h"
@@ -33,16 +34,33 @@ edges = ["first_row"]
 const std::string turning = "motion = { angular_velocity_deg = [0, 0, 720] }\n";
 const std::string sliding = "axes = [\"x\", \"y\"]\n";
 
-// Two sheets without weight are at rest. The pin of one moves when all could sleep.
+// A sheet lies still on two rails, and another one falls. The rails rise when the first one could
+// have slept for long.
 TEST(SlidingMotion, KeepsItsBodyAwake) {
-  const std::string other =
-      "[[body]]\nname = \"other\"\nposition = [1, 0, 0]\n"
-      "shape = { type = \"rectangle\", size = [0.2, 0.2], resolution = [9, 9] }\n";
-  const std::string pin = "axes = [\"z\"]\nmotion = { velocity = [0, 0, 0.1], start_time = 1.0 }\n";
-  auto simulation =
-      make_simulation(parse_case(pinned_sheet(pin) + other, "test.toml", {"time.duration=1.5"}));
-  ASSERT_FALSE(simulation.advance(1.5));
-  EXPECT_NEAR(simulation.position("sheet").front().z(), 0.05, 1e-3);
+  const std::string sheets = R"(
+[[body]]
+name = "falling"
+position = [1, 0, 0]
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
+[[body]]
+name = "railed"
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
+[[body.pin]]
+rows = [0, -1]
+axes = ["z"]
+)";
+  // Returns the height of the rails at 1.5 s, and the number of bodies that sleep.
+  const auto run = [&](const std::string& motion) {
+    auto simulation =
+        make_simulation(parse_case(sheets + motion, "test.toml", {"time.duration=1.6"}));
+    EXPECT_FALSE(simulation.advance(1.5));
+    const StateSummary end = simulation.summary_of(simulation.time(), simulation.state());
+    return std::pair(simulation.position("railed").front().z(), end.sleeping_bodies);
+  };
+  const auto [height, sleeping] = run("motion = { velocity = [0, 0, 0.1], start_time = 1.0 }\n");
+  EXPECT_NEAR(height, 0.05, 1e-3);
+  EXPECT_EQ(sleeping, 0);
+  EXPECT_EQ(run("").second, 1);  // rails that stay let it sleep
 }
 
 TEST(SlidingMotion, CountsForTheSpeedOfImpacts) {
