@@ -40,6 +40,8 @@ constexpr int patience = 100;
 // Largest residual acceleration at rest (mass-weighted RMS) as a fraction of the applied
 // acceleration: at full stiffness, and with softened bodies.
 constexpr double stiff_fraction = 1e-4, softened_fraction = 1e-2;
+// Relative error of a rounded position, with what its stretched neighbours add.
+constexpr double position_rounding = 2 * std::numeric_limits<double>::epsilon();
 // In the softest stage, the membrane that is stiffest relative to its weight has a stiffness (N/m)
 // of `softest` times its weight per width. One factor softens all bodies. Each later stage
 // multiplies the factor by `hardening`, up to 1.
@@ -126,7 +128,7 @@ Relaxation::End Relaxation::descend_at(double hardness, std::span<double> y, int
     // At an equilibrium, rounding decides which part of a correction is taken. There the whole
     // correction is judged.
     const bool is_judged = taken == 1 || (is_solved && !approaches);
-    const bool is_near = is_judged && is_near_rest(hardness < 1, approaches);
+    const bool is_near = is_judged && is_near_rest(y, hardness < 1, approaches);
     if (is_near && (is_exact_ || approaches)) return End::at_rest;
     is_exact_ = is_near;
     if (is_near) {
@@ -234,7 +236,7 @@ double Relaxation::judging_step(bool approaches) {
 // True if the pseudo-step is about as long as judging_step(), and the residual forces are small.
 // At full stiffness, the last correction must also move no particle by more than
 // time.position_tolerance. Without applied forces, the residual is not judged.
-bool Relaxation::is_near_rest(bool softened, bool approaches) {
+bool Relaxation::is_near_rest(std::span<const double> y, bool softened, bool approaches) {
   if (pseudo_step_ < long_enough * judging_step(approaches)) return false;
   if (!softened) {
     double largest_move = 0;
@@ -243,12 +245,25 @@ bool Relaxation::is_near_rest(bool softened, bool approaches) {
     if (largest_move > scene_.source.time.position_tolerance) return false;
   }
   if (goal_->acceleration == 0) return true;
-  const StateView left = StateView::of(rate_);
-  double force = 0;
-  for (std::size_t i = 0; i < left.velocity.size(); ++i)
-    force += scene_.mass[i] * left.velocity[i].squaredNorm();
   const double fraction = softened ? softened_fraction : stiff_fraction;
-  return std::sqrt(force / mass_) <= fraction * goal_->acceleration;
+  return residual_acceleration(y) <= fraction * goal_->acceleration;
+}
+
+// Returns the root mean square, weighted by mass, of the residual accelerations of `y`, without
+// what rounded positions may cause: stiff springs, such as supports of pins with axes, turn the
+// rounding errors of positions into forces that no correction removes. Preconditions: rate_ belongs
+// to `y`, and matrices have been assembled.
+double Relaxation::residual_acceleration(std::span<const double> y) const {
+  const std::span<const Vec3> position = StateView::of(y).position;
+  const std::span<const Vec3> acceleration = StateView::of(rate_).velocity;
+  double sum = 0;
+  for (std::size_t i = 0; i < acceleration.size(); ++i) {
+    const double stiffness = dynamics_.stiffness().diagonal_block(static_cast<int>(i)).norm();
+    const double rounding = position_rounding * stiffness * position[i].norm() / scene_.mass[i];
+    const double left = std::max(acceleration[i].norm() - rounding, 0.0);
+    sum += scene_.mass[i] * left * left;
+  }
+  return std::sqrt(sum / mass_);
 }
 
 // Returns the factor of the stiffness, at most 1, at which the stiffest membrane would stretch by 1

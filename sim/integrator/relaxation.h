@@ -61,7 +61,8 @@ class Relaxation {
   bool path_is_safe(std::span<const double> y);
   double longest_useful_step();
   double judging_step(bool approaches);
-  bool is_near_rest(bool softened, bool approaches);
+  bool is_near_rest(std::span<const double> y, bool softened, bool approaches);
+  double residual_acceleration(std::span<const double> y) const;
   double least_hardness() const;
 
   const Scene& scene_;
