@@ -25,10 +25,10 @@ std::vector<Field> fields_of(VertexSelection& target) {
           .entries(2, 2),
       field("patch", &patch, "", at_least(0),
             "Patch in which corners, edges, rows and cols are counted."),
-      field(
-          "region_min", &region_min, "m", any,
-          "Lower corner of a box in space. It selects all vertices that are in it at the start; of "
-          "a shell, those whose points of its surface are."),
+      field("region_min", &region_min, "m", any,
+            "Lower corner of a box in space. It selects all vertices that are in it at the start, "
+            "or outside of it by less than 1e-9 of the body's size; of a shell, those whose points "
+            "of its surface are."),
       field("region_max", &region_max, "m", any, "Upper corner of the box."),
   };
 }

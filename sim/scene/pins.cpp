@@ -1,14 +1,18 @@
 #include "sim/scene/pins.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "sim/case/case_error.h"
 #include "sim/scene/index_range.h"
-#include "sim/scene/spline_surface.h"
+#include "sim/scene/shell_body.h"
 
 namespace weft::sim {
 
 namespace {
+
+// Distance from a box, as a part of the size of the body, up to which points belong to it.
+constexpr double box_margin = 1e-9;
 
 class Selection {
  public:
@@ -45,12 +49,15 @@ class Selection {
     if (is_row) add_block({index, index}, all_cols);
     if (!is_row) add_block(all_rows, {index, index});
   }
-  void add_region(std::span<const Vec3> positions, const Vec3& lowest, const Vec3& highest) {
+  // Adds the points in a box. Points of splines and of rotated shapes are rounded: without a
+  // margin, rounding would decide which of those on a face of the box belong to it.
+  void add_region(std::span<const Vec3> points, const Vec3& lowest, const Vec3& highest) {
+    Eigen::AlignedBox3d around;
+    for (const Vec3& point : points) around.extend(point);
+    const Vec3 margin = Vec3::Constant(box_margin * around.diagonal().norm());
+    const Eigen::AlignedBox3d box(lowest - margin, highest + margin);
     for (int i = 0; i < atlas_.particle_count(); ++i) {
-      if ((positions[i].array() >= lowest.array()).all() &&
-          (positions[i].array() <= highest.array()).all()) {
-        particles_.push_back(i);
-      }
+      if (box.contains(points[i])) particles_.push_back(i);
     }
   }
   const bsi::Patch& patch() const { return atlas_.patches()[patch_]; }
@@ -75,15 +82,6 @@ class Selection {
   const bsi::Atlas& atlas_;
   std::vector<int> particles_;
 };
-
-// Returns the point of the surface (m) that each vertex of the image stands for, by particle.
-std::vector<Vec3> points_of_image(const SceneBody& body, std::span<const Vec3> positions) {
-  if (!body.spline) return {positions.begin(), positions.end()};
-  std::vector<Vec3> points;
-  for (const SplineSurface::Place& place : body.spline->image_places(body.atlas))
-    points.push_back(body.spline->at(body.atlas, place).position(positions));
-  return points;
-}
 
 }  // namespace
 
@@ -111,9 +109,10 @@ std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLo
 std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLocation& where,
                                  const std::string& owner, const SceneBody& body,
                                  std::span<const Vec3> positions) {
-  const std::vector<Vec3> points =
-      vertices.region_min ? points_of_image(body, positions) : std::vector<Vec3>();
-  return select_vertices(vertices, where, owner, body.atlas, points);
+  if (!vertices.region_min) return select_vertices(vertices, where, owner, body.atlas, {});
+  std::vector<Vec3> room;
+  return select_vertices(vertices, where, owner, body.atlas,
+                         map_to_image(body).points_of(positions, body.particle_count(), room));
 }
 
 }  // namespace weft::sim

@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
 #include <numbers>
+#include <sstream>
 
 #include "sim/case/case_error.h"
 #include "sim/case/case_reader.h"
@@ -70,6 +72,26 @@ TEST(Scene, SelectsPinsByCornerEdgeRangeAndRegion) {
   EXPECT_EQ(pins("rows = [1, 1]\n"), (std::vector<int>{4, 5, 6, 7}));
   EXPECT_EQ(pins("region_min = [-2, -1, -1]\nregion_max = [-0.9, 0.1, 1]\n"),
             (std::vector<int>{0, 4}));
+}
+
+// A rotation rounds positions to either side of the face that they lie on. A point that is farther
+// from the box than rounding may move it is not held.
+TEST(Scene, BoxesHoldRotatedPointsOnTheirFaces) {
+  const auto held = [](int degrees, double height) {
+    std::ostringstream body, pin;
+    body << "rotation_deg = [" << degrees
+         << ", 0, 0]\nshape = { type = \"rectangle\", size = [1, 0.8], resolution = [9, 9] }\n";
+    pin << std::setprecision(17) << "[[body.pin]]\nregion_min = [-1, -1, " << height
+        << "]\nregion_max = [1, 1, 2]\n";
+    return pinned(*scene_of(body.str(), pin.str())).size();
+  };
+  for (const int degrees : {10, 20, 50, 70}) {
+    for (int row = 0; row < 8; ++row) {
+      const double height = (0.1 * row - 0.4) * std::sin(degrees * std::numbers::pi / 180);
+      EXPECT_EQ(held(degrees, height), 9U * (9 - row)) << degrees << ", row " << row;
+      EXPECT_EQ(held(degrees, height + 1e-6), 9U * (8 - row)) << degrees << ", row " << row;
+    }
+  }
 }
 
 TEST(Scene, RefusesPinsThatSelectNothingOrLieOutside) {

@@ -73,6 +73,23 @@ TEST(ShellScene, BoxesHoldPointsOfTheSurface) {
       held_by(roof, "rows = [2, 2]\ncols = [3, 3]\n"));
 }
 
+// Points of the surface are rounded sums over control points. Some lie outside of a box whose face
+// holds them, by a rounding error.
+TEST(ShellScene, BoxesHoldPointsOnTheirFaces) {
+  for (const int points : {9, 21, 41}) {
+    const std::string count = std::to_string(points),
+                      plate = "type = \"rectangle\", size = [1, 1], resolution = [" + count + ", " +
+                              count + "]";
+    for (const int quarters : {1, 2, 3}) {
+      const std::string end = std::to_string(quarters * (points - 1) / 4),
+                        face = std::to_string(-0.5 + 0.25 * quarters);
+      EXPECT_EQ(held_by(plate, "region_min = [-1, -1, 0]\nregion_max = [" + face + ", 1, 0]\n"),
+                held_by(plate, "cols = [0, " + end + "]\n"))
+          << points << " points, box to " << face;
+    }
+  }
+}
+
 TEST(ShellScene, BoxesTiePointsOfTheSurface) {
   const ShellModel shell(
       shell_case(1e9, 0, 0.01, "type = \"rectangle\", size = [1, 0.2], resolution = [6, 10]",
