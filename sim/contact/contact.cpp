@@ -287,9 +287,9 @@ void Contact::add_pair_products(const Block& block, std::span<const Vec3> in,
   });
 }
 
-// For each pair with friction, adds lever_i^T factor(sliding) slope (sum_j lever_j in_j) to out_i.
-template <class Factor>
-void Contact::add_sliding_products(const Factor& factor, std::span<const Vec3> in,
+// For each pair with friction, adds factor lever_i^T slope(sliding) (sum_j lever_j in_j) to out_i.
+template <class Slope>
+void Contact::add_sliding_products(double factor, const Slope& slope, std::span<const Vec3> in,
                                    std::span<Vec3> out) const {
   if (!surface_.has_sliding()) return;
   const int count = scene_.dynamic_points;
@@ -303,7 +303,7 @@ void Contact::add_sliding_products(const Factor& factor, std::span<const Vec3> i
       }
       for (const SpinArm& spin : sliding.spins)
         if (spin.point >= 0) sum += spin.arm * pair.normal.cross(map.apply(spin.point, in));
-      const Vec3 product = factor(sliding) * (sliding.slope * sum);
+      const Vec3 product = factor * (slope(sliding) * sum);
       for (const SpinArm& spin : sliding.spins) {
         if (spin.point >= 0)
           map.add_transpose(spin.point, spin.arm, product.cross(pair.normal), out);
@@ -320,14 +320,16 @@ void Contact::add_sliding_products(const Factor& factor, std::span<const Vec3> i
 WEFT_FLATTEN void Contact::add_product(double gamma, std::span<const Vec3> in,
                                        std::span<Vec3> out) const {
   add_pair_products([&](const ContactPair& pair) { return normal_block(pair, gamma); }, in, out);
-  add_sliding_products([&](const Sliding& of) { return sliding_factor(of, gamma); }, in, out);
+  add_sliding_products(
+      gamma, [&](const Sliding& of) { return slope_over(of, gamma); }, in, out);
 }
 
 void Contact::subtract_stiffness(double factor, std::span<const Vec3> in,
                                  std::span<Vec3> out) const {
   add_pair_products([&](const ContactPair& pair) { return -factor * pair.stiffness; }, in, out);
   if (surface_.has_anchors())
-    add_sliding_products([&](const Sliding& of) { return -factor * of.hold_rate; }, in, out);
+    add_sliding_products(
+        -factor, [](const Sliding& of) { return of.stiffness; }, in, out);
 }
 
 Contact::Stencil Contact::stencil(const ContactPair& pair, StencilRoom& room) const {
@@ -388,8 +390,7 @@ WEFT_FLATTEN std::vector<int> Contact::add_diagonal(double gamma, std::span<Mat3
       block += of.weights[i] * of.weights[i] * along;
       if (pair.sliding < 0) continue;
       const Sliding& sliding = surface_.sliding(pair.sliding);
-      block +=
-          sliding_factor(sliding, gamma) * of.levers[i].transpose() * sliding.slope * of.levers[i];
+      block += gamma * of.levers[i].transpose() * slope_over(sliding, gamma) * of.levers[i];
     }
   }
   return touched;
@@ -399,7 +400,7 @@ Mat3 Contact::definite_block(const ContactPair& pair, double gamma) const {
   Mat3 block = std::max(normal_block(pair, gamma), 0.0) * pair.normal * pair.normal.transpose();
   if (pair.sliding < 0 || pair.coefficient < 0) return block;
   const Sliding& sliding = surface_.sliding(pair.sliding);
-  return block + sliding_factor(sliding, gamma) * sliding.slope;
+  return block + gamma * slope_over(sliding, gamma);
 }
 
 double Contact::largest_relative_gap_change(std::span<const Vec3> start, std::span<const Vec3> from,

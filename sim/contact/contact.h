@@ -243,8 +243,8 @@ class Contact {
   void add_forces_to(std::span<Vec3> normal, std::span<Vec3> friction) const;
   template <class Block>
   void add_pair_products(const Block& block, std::span<const Vec3> in, std::span<Vec3> out) const;
-  template <class Factor>
-  void add_sliding_products(const Factor& factor, std::span<const Vec3> in,
+  template <class Slope>
+  void add_sliding_products(double factor, const Slope& slope, std::span<const Vec3> in,
                             std::span<Vec3> out) const;
   Stencil stencil(const ContactPair& pair, StencilRoom& room) const;
   Stencil stencil_of_points(const ContactPair& pair, StencilRoom& room) const;
@@ -253,9 +253,9 @@ class Contact {
   static double normal_block(const ContactPair& pair, double gamma) {
     return gamma * (gamma * pair.stiffness + pair.damping);
   }
-  // Returns the factor (s) of Sliding::slope in gamma^2 K + gamma D.
-  static double sliding_factor(const Sliding& sliding, double gamma) {
-    return gamma * (1 + gamma * sliding.hold_rate);
+  // Returns D + gamma K of the friction of a pair, N s/m.
+  static Mat3 slope_over(const Sliding& sliding, double gamma) {
+    return sliding.slope + gamma * sliding.stiffness;
   }
   Mat3 definite_block(const ContactPair& pair, double gamma) const;
 
@@ -284,8 +284,7 @@ void Contact::visit_blocks(double gamma, const Visit& visit) const {
         Mat3 block = of.weights[i] * of.weights[j] * along;
         if (pair.sliding >= 0) {
           const Sliding& sliding = surface_.sliding(pair.sliding);
-          block += sliding_factor(sliding, gamma) * of.levers[i].transpose() * sliding.slope *
-                   of.levers[j];
+          block += gamma * of.levers[i].transpose() * slope_over(sliding, gamma) * of.levers[j];
         }
         visit(row, column, block);
       }
@@ -307,7 +306,7 @@ void Contact::visit_definite_couplings(double gamma, const Visit& visit) const {
       const Mat3 turn = cross_matrix(pair.normal);
       visit(Coupling{{&particle, 1},
                      {&spin.arm, 1},
-                     sliding_factor(sliding, gamma) * turn.transpose() * sliding.slope * turn});
+                     gamma * turn.transpose() * slope_over(sliding, gamma) * turn});
     }
   }
 }

@@ -119,7 +119,6 @@ std::optional<Sliding> friction_of(const ContactLaw& law, double barrier_push,
   if (features.from_anchor != nullptr) {
     const Vec3& offset = *features.from_anchor;
     u += law.hold_rate * (offset - pair.normal.dot(offset) * pair.normal);
-    sliding.hold_rate = law.hold_rate;
   }
   const double speed = u.norm();
   const materials::FrictionFactor factor = materials::friction_factor(speed, law.friction_speed);
@@ -130,6 +129,7 @@ std::optional<Sliding> friction_of(const ContactLaw& law, double barrier_push,
     const Vec3 along = u / speed;
     sliding.slope += limit * (factor.slope - factor.over_speed) * along * along.transpose();
   }
+  if (features.from_anchor != nullptr) sliding.stiffness = law.hold_rate * sliding.slope;
   return sliding;
 }
 

@@ -48,14 +48,16 @@ struct SpinArm {
 // where the friction acts, as part of r.
 //
 // For an anchored contact, ContactLaw::hold_rate times the displacement from the anchor is added to
-// u. The displacement depends on the positions as u does on the velocities, so that `slope` times
-// `hold_rate` is the stiffness of the contact along the surface.
+// u. The displacement depends on the positions as u does on the velocities, so that its stiffness
+// is the same rate times the derivative of the force.
 struct Sliding {
   std::array<Mat3, 4> lever;
   std::array<SpinArm, 2> spins;  // of the first and the second feature
   Vec3 force{0, 0, 0};           // force on the first feature, N
-  Mat3 slope = Mat3::Zero();     // -d force / d u, N s/m; its sign is that of the coefficient
-  double hold_rate = 0;          // 1/s; 0 without an anchor
+  // -d force / d u, N s/m, or a secant in its place. Its sign is that of the coefficient.
+  Mat3 slope = Mat3::Zero();
+  // -d force / d displacement, N/m; zero without an anchor.
+  Mat3 stiffness = Mat3::Zero();
 
   bool has_spins() const { return spins[0].point >= 0 || spins[1].point >= 0; }
 };

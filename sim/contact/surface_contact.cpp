@@ -38,7 +38,8 @@ double secant_of(const Vec3& normal, const Sliding& sliding) {
 // Replaces the slope of friction by its secant. The slope of full friction is zero along the
 // sliding velocity. A single correction would then apply the whole friction of the start of a long
 // step, whatever is left of the sliding at its end, and throw light vertices back. With the secant,
-// friction at most ends the sliding.
+// friction at most ends the sliding. The stiffness of an anchor keeps the derivative: the
+// displacement grows with every step that slides, but the force does not.
 void use_secant(const Vec3& normal, Sliding& sliding) {
   if (sliding.force.isZero(0)) return;
   sliding.slope = secant_of(normal, sliding) * (Mat3::Identity() - normal * normal.transpose());
@@ -440,7 +441,9 @@ void SurfaceContact::make_definite(ContactPair& pair) {
 void SurfaceContact::make_definite(const ContactPair& pair, Sliding& sliding) const {
   const bool is_early = iterate_ >= 0 && iterate_ < iterates_with_secants;
   if (scene_.source.time.newton > 0 && is_early) use_secant(pair.normal, sliding);
-  if (pair.coefficient < 0) sliding.slope.setZero();
+  if (pair.coefficient >= 0) return;
+  sliding.slope.setZero();
+  sliding.stiffness.setZero();
 }
 
 // See begin_newton().
