@@ -11,7 +11,7 @@ namespace {
 
 // A pair that would end with a smaller part of its range meets, too: its barrier would store more
 // energy than the pair had.
-constexpr double smallest_end = 0.05;
+constexpr double smallest_end = 0.2;
 
 // Room left to a pair at the end of the step: this part of the range, or this part of its gap at
 // the start if that is less.

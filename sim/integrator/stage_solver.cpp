@@ -53,9 +53,9 @@ constexpr int largest_newton_count = 20;
 constexpr int most_whole_corrections = 12;
 
 // With contact, a step by a given number of corrections is too long if the largest stretch grows by
-// more than `largest_stretch_growth`, or if motion and strain gain more energy than contact gives
-// and `largest_gain` of the kinetic energy. Corrections move particles on straight lines: an edge
-// that turns by the angle a in a step is stretched by a^2 / 2 (docs/decisions/0080).
+// more than `largest_stretch_growth`, or if motion and strain gain more energy than contact, wind
+// and loads give and `largest_gain` of the kinetic energy. Corrections move particles on straight
+// lines: an edge that turns by the angle a in a step is stretched by a^2 / 2 (docs/decisions/0080).
 constexpr double largest_stretch_growth = 0.05;
 constexpr double largest_gain = 0.005;
 
@@ -107,7 +107,8 @@ struct StageSolver::Implementation {
   bool leaves_small_residual(std::span<const double> residual);
   bool is_in_reach(int body) const;
   bool is_worked_on() const;
-  bool conserves_energy() const;
+  bool can_compare_energies() const;
+  double work_of_wind_and_loads(std::span<const double> y);
   bool is_too_long(const Energies& before, std::span<const double> y);
   void add_stop_forces(std::span<const double> y);
   Outcome correct(std::span<double> y);
@@ -370,9 +371,17 @@ bool StageSolver::Implementation::is_worked_on() const {
   });
 }
 
-// True if nothing but contact and damping changes the sum of the energies.
-bool StageSolver::Implementation::conserves_energy() const {
-  return !has_work && !is_worked_on() && !dynamics.varies() && !dynamics.has_external_forces();
+// True if no prescribed motion does work, and nothing that varies changes the sum of the energies.
+bool StageSolver::Implementation::can_compare_energies() const {
+  return !has_work && !is_worked_on() && !dynamics.varies() && !dynamics.has_moving_points();
+}
+
+// Returns the work (J) of wind and loads in a step that ends at `y`: of their power at its end,
+// which is the largest if they accelerate the bodies. Drag in still air only takes energy.
+double StageSolver::Implementation::work_of_wind_and_loads(std::span<const double> y) {
+  const bool has_wind = dynamics.has_external_forces() && !scene.source.world.wind.is_zero();
+  if (!has_wind && !dynamics.has_loads()) return 0;
+  return gamma * std::max(dynamics.external_power(time, y), 0.0);
 }
 
 // True if the step to `y` stretches edges too much or gains energy. `before` are the energies at
@@ -383,10 +392,10 @@ bool StageSolver::Implementation::is_too_long(const Energies& before, std::span<
   if (dynamics.largest_stretch(position) >
       std::max(dynamics.largest_stretch(*start), 0.0) + largest_stretch_growth)
     return true;
-  if (!conserves_energy()) return false;
+  if (!can_compare_energies()) return false;
   const Energies after = dynamics.energies_at_last_rate(time, y);
   const double gain = (after.total() - after.contact) - (before.total() - before.contact);
-  const double given = std::max(before.contact - after.contact, 0.0);
+  const double given = std::max(before.contact - after.contact, 0.0) + work_of_wind_and_loads(y);
   const double total_mass =
       std::accumulate(scene.mass.begin(), scene.mass.begin() + scene.dynamic_particles, 0.0);
   const double error = std::sqrt(1.5 * total_mass) * velocity_tolerance(scene.source.time);
