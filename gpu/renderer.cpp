@@ -23,6 +23,21 @@ constexpr int key_shadow_size = 1024;
 // than this fraction of the distance from the eye to the target.
 constexpr double nearest_share = 1e-3;
 
+// Bounds of what is drawn, m. Squares of coordinates beyond are no float32 numbers.
+constexpr double farthest_drawn = 1e18, nearest_drawn = 1e-18;
+
+void refuse_out_of_range(std::span<const DrawnSurface> surfaces, const Camera& camera) {
+  bool is_within = (camera.eye - camera.target).norm() >= nearest_drawn;
+  for (const DrawnSurface& surface : surfaces) {
+    for (const Vec3& position : surface.positions)
+      is_within = is_within && ((position - camera.target).array().abs() <= farthest_drawn).all();
+  }
+  if (is_within) return;
+  throw std::runtime_error(
+      "cannot draw what is not finite, farther than 1e18 m from the middle, or seen from less than "
+      "1e-18 m");
+}
+
 void refuse_without_view(const Camera& camera) {
   const double distance = (camera.eye - camera.target).norm();
   const bool has_direction = distance > 0 && std::isfinite(distance);
@@ -72,6 +87,7 @@ Renderer::~Renderer() = default;
 Picture Renderer::draw(std::span<const DrawnSurface> surfaces, const Camera& camera) {
   auto& [width, height, batch, geometry, key_shadow, srgb] = *implementation_;
   refuse_without_view(camera);
+  refuse_out_of_range(surfaces, camera);
   const Vec3 up = camera.up.normalized();
   const ViewFrame frame = look_along(camera.eye - camera.target, up);
   const double slope = std::tan(camera.field_of_view_deg * std::numbers::pi / 360);

@@ -103,8 +103,8 @@ class Renderer {
   // thousandth of the distance from the eye to the target. The same input gives the same bytes.
   // Drawing runs on one thread and takes about 0.5 us per triangle and 0.04 us per pixel that shows
   // a triangle. Throws std::invalid_argument for a camera whose eye is its target, whose `up` is
-  // zero, or whose field of view is not between 0 and 180 degrees. Precondition: positions less
-  // than 1e37 m from the target.
+  // zero, or whose field of view is not between 0 and 180 degrees. Throws std::runtime_error if a
+  // position is not finite or farther than 1e18 m from the target, or the eye nearer than 1e-18 m.
   Picture draw(std::span<const DrawnSurface> surfaces, const Camera& camera);
 
  private:

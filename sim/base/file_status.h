@@ -35,6 +35,15 @@ inline std::filesystem::file_status link_status_of(const std::string& path) {
   }
 }
 
+// Throws FileError if a new file at `path` would take the place of a folder, a device, a pipe or a
+// socket. `status` is link_status_of(path): a link gives way, and what it names stays.
+inline void refuse_special_file(const std::string& path,
+                                const std::filesystem::file_status& status) {
+  if (std::filesystem::is_directory(status)) throw FileError(path + ": is a directory");
+  if (std::filesystem::is_other(status) && !std::filesystem::is_symlink(status))
+    throw FileError(path + ": is no file, but a device, a pipe or a socket");
+}
+
 // Throws FileError if the name of the file `path` is longer than the system allows, also where its
 // folder is still to be made.
 inline void refuse_long_name(const std::string& path) {

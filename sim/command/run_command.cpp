@@ -120,6 +120,8 @@ std::vector<std::string> all_overrides(const RunCommand& command) {
   std::vector<std::string> all = command.overrides;
   if (command.extend) all.push_back("time.duration=" + toml_number(*command.extend));
   if (!command.restart_from.empty()) {
+    if (!std::isfinite(*command.restart_time))
+      throw CaseError({"--time"}, "the time is not a finite number", "expected that of a frame, s");
     all.push_back("restart.path=" + toml_string(absolute_path(command.restart_from)));
     all.push_back("restart.time=" + toml_number(*command.restart_time));
   }

@@ -77,7 +77,8 @@ bool EquilibriumNewton::is_converged(double time, std::span<const double> y, dou
   }
   dynamics_.applied_loads(time, y, true, applied_);
   for (const Vec3& each : applied_) applied += each.squaredNorm();
-  return left <= residual_fraction * residual_fraction * applied;
+  // Squares of enormous forces overflow.
+  return std::isfinite(applied) && left <= residual_fraction * residual_fraction * applied;
 }
 
 int EquilibriumNewton::worst_particle() const {

@@ -148,6 +148,7 @@ bool CaseEquilibrium::starts_in_balance(double time, std::span<const double> y) 
   if (scene_->source.equilibria.loading == Loading::arc_length) return false;
   const std::optional<Balance> balance = find_balance(dynamics(), time, y);
   if (!balance) return false;
+  if (!std::isfinite(balance->applied)) return false;
   if (balance->left <= balanced_part * balance->applied) return true;
   dynamics().assemble(time, y);
   const std::span<const Vec3> position = StateView::of(y).position;

@@ -63,7 +63,7 @@ void write_shape(const Access& access, const Handle& file, const Scene& scene, i
 
 void refuse_shape_file(const std::string& path, const Case& source, bool force) {
   const auto status = link_status_of(path);
-  if (std::filesystem::is_directory(status)) throw FileError(path + ": is a directory");
+  refuse_special_file(path, status);
   refuse_input_file(path, source, "--fix-initial");
   if (!force && std::filesystem::exists(status))
     throw FileError(path + ": exists already, and is only overwritten by force (--force)");

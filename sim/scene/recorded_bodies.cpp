@@ -94,10 +94,11 @@ std::string rounding_notice(const Scene& scene) {
     for (int i = 0; i < body.particle_count(); ++i)
       distance = std::max(distance, scene.initial_position[body.first_particle + i].norm());
     const double rounding = distance * (std::numeric_limits<float>::epsilon() / 2);
-    if (2 * rounding <= body.thickness) continue;
+    // Gaps are hardly smaller than a twentieth of the range.
+    if (2 * rounding <= std::max(body.thickness, 0.05 * scene.source.contact.range)) continue;
     return "body " + in_quotes(body.name) + " is " + rounded_text(distance) +
            " m from the origin: float32 rounds its positions by up to " + rounded_text(rounding) +
-           " m, more than half its thickness, and surfaces may cross in frames; "
+           " m, more than half of what keeps surfaces apart, and surfaces may cross in frames; "
            "output.precision = \"float64\" shows them as they are";
   }
   return {};

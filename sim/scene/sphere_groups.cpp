@@ -33,20 +33,26 @@ class RandomNumbers {
   std::mt19937_64 engine_;
 };
 
-// Largest distance of a place from the origin, in radii. Rounding moves a place beyond by more than
-// a thousandth of the radius.
-constexpr double farthest_place = 1e12;
+// Largest distance of a place from the origin, in radii and in m. Rounding moves a place beyond by
+// more than a thousandth of the radius. Other bodies may be as far away (body_motion.cpp).
+constexpr double farthest_place = 1e12, lost_place = 1e15;
+
+// Masses (kg) whose products with other numbers of a case are finite numbers.
+constexpr double least_mass = 1e-100, largest_mass = 1e100;
 
 // Throws CaseError unless double precision tells the place of a particle to a small part of its
 // radius.
 void require_near(const ParticlesCase& from, const Vec3& place) {
-  const double farthest = farthest_place * from.radius;
+  const double by_radius = farthest_place * from.radius;
+  const double farthest = std::min(by_radius, lost_place);
   if (place.cwiseAbs().maxCoeff() <= farthest) return;
-  throw CaseError(from.positions.location,
-                  "particles " + in_quotes(from.name) + " are " +
-                      rounded_text(place.cwiseAbs().maxCoeff()) + " m from the origin",
-                  "expected at most " + rounded_text(farthest) +
-                      " m: rounding moves farther ones by a part of their radius");
+  throw CaseError(
+      from.positions.location,
+      "particles " + in_quotes(from.name) + " are " + rounded_text(place.cwiseAbs().maxCoeff()) +
+          " m from the origin",
+      "expected at most " + rounded_text(farthest) + " m" +
+          (by_radius <= lost_place ? ": rounding moves farther ones by a part of their radius"
+                                   : ""));
 }
 
 std::vector<Vec3> grid_places(const ParticlesCase& from) {
@@ -199,9 +205,17 @@ double mass_of_sphere(const ParticlesCase& from) {
 }
 
 void add_group(Scene& scene, const ParticlesCase& from) {
+  const double mass = mass_of_sphere(from);
+  if (!(mass >= least_mass && mass <= largest_mass)) {
+    throw CaseError(
+        from.location,
+        "particles " + in_quotes(from.name) + " have a mass of " + rounded_text(mass) + " kg each",
+        "expected a radius and a density of masses from " + rounded_text(least_mass) + " to " +
+            rounded_text(largest_mass) + " kg");
+  }
   const std::vector<Vec3> places = places_of(from, scene.source);
   for (const Vec3& place : places) require_near(from, place);
-  SceneBody& body = add_points(scene, from, places, mass_of_sphere(from));
+  SceneBody& body = add_points(scene, from, places, mass);
   body.velocity = from.velocity;
   body.thickness = 2 * from.radius;
   body.self_contact = scene.source.contact.enabled;

@@ -151,7 +151,7 @@ void TrajectoryWriter::refuse_existing(const std::string& path, bool force) {
   if (sidecar == path) throw FileError(path + ": a trajectory cannot be named .xdmf");
   for (const std::string& name : {path, sidecar}) {
     const auto status = link_status_of(name);
-    if (std::filesystem::is_directory(status)) throw FileError(name + ": is a directory");
+    refuse_special_file(name, status);
     if (!force && std::filesystem::exists(status)) {
       throw FileError(name + ": exists already, and is only overwritten by force (--force)");
     }

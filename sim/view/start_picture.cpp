@@ -260,15 +260,15 @@ int draw_start(const Scene& scene, std::span<const Crossing> crossings, const st
   const std::vector<StartBody> drawn = start_bodies(scene, points, crossings, overlaps);
   const std::vector<gpu::DrawnSurface> surfaces = surfaces_of(scene, points, drawn);
   const Bounds seen = seen_bounds(scene, points, drawn);
-  gpu::Camera camera =
-      gpu::camera_for_box(seen.low, seen.high, static_cast<double>(width) / height);
   try {
+    gpu::Camera camera =
+        gpu::camera_for_box(seen.low, seen.high, static_cast<double>(width) / height);
     gpu::Renderer renderer(width, height);
     const gpu::Picture above = renderer.draw(surfaces, camera);
     camera.eye.z() = 2 * camera.target.z() - camera.eye.z();
     camera.lit_from_below = true;
     gpu::write_png(in_output_folder(path), beside(above, renderer.draw(surfaces, camera)));
-  } catch (const std::runtime_error& error) {
+  } catch (const std::exception& error) {
     throw FileError(error.what());
   }
   return spheres.count();

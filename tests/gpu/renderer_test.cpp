@@ -96,6 +96,19 @@ TEST(Renderer, RefusesCamerasWithoutAView) {
   EXPECT_NO_THROW(renderer.draw({}, Camera()));
 }
 
+TEST(Renderer, RefusesWhatFloatsCannotHold) {
+  Renderer renderer(8, 8);
+  const std::vector<std::array<int, 3>> triangle{{0, 1, 2}};
+  for (const double far : {1e19, 1e60, std::numeric_limits<double>::quiet_NaN()}) {
+    const std::vector<Vec3> positions{{0, 0, 0}, {1, 0, 0}, {0, far, 0}};
+    const DrawnSurface surface{.positions = positions, .triangles = triangle};
+    EXPECT_THROW(renderer.draw(std::span(&surface, 1), Camera()), std::runtime_error) << far;
+  }
+  Camera near;
+  near.eye = near.target + Vec3(0, 0, 1e-19);
+  EXPECT_THROW(renderer.draw({}, near), std::runtime_error);
+}
+
 TEST(Renderer, CoversThePixelsOfATriangle) {
   constexpr int size = 64;
   const std::array<Vec3, 3> corners{Vec3(-0.8, -0.7, 0), Vec3(0.9, -0.2, 0), Vec3(-0.1, 0.85, 0)};

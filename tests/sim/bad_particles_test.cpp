@@ -165,6 +165,21 @@ std::vector<BadCase> bad_starts() {
               "positions = { type = \"grid\", count = [1, 1, 1], centre = [0, -1e300, 0] }\n",
        R"(case.toml:6:13: particles "balls" are 1e+300 m from the origin
   expected at most 1e+11 m: rounding moves farther ones by a part of their radius)"},
+      {"too_far",
+       head + "[[particles]]\nname = \"balls\"\nradius = 1e4\n"
+              "positions = { type = \"grid\", count = [1, 1, 1], centre = [0, -2e15, 0] }\n",
+       R"(case.toml:6:13: particles "balls" are 2e+15 m from the origin
+  expected at most 1e+15 m)"},
+      {"too_heavy",
+       head + "[[particles]]\nname = \"balls\"\nradius = 1e40\n"
+              "positions = { type = \"grid\", count = [1, 1, 1] }\n",
+       R"(case.toml:3:3: particles "balls" have a mass of 4.18879e+123 kg each
+  expected a radius and a density of masses from 1e-100 to 1e+100 kg)"},
+      {"too_light",
+       head + "[[particles]]\nname = \"balls\"\nradius = 0.1\ndensity = 1e-100\n"
+              "positions = { type = \"grid\", count = [1, 1, 1] }\n",
+       R"(case.toml:3:3: particles "balls" have a mass of 4.18879e-103 kg each
+  expected a radius and a density of masses from 1e-100 to 1e+100 kg)"},
       {"region_too_far",
        head + "[[particles]]\nname = \"balls\"\nradius = 0.1\n"
               "positions = { type = \"random\", number = 2, region_min = [-1e308, 0, 0], "

@@ -75,6 +75,32 @@ TEST(CaseEquilibrium, FailsWithTheReason) {
   EXPECT_NE(failure->text.find("singular"), std::string::npos) << failure->text;
 }
 
+// Squares of such forces overflow: a comparison of infinities would take the start for balanced.
+TEST(CaseEquilibrium, EnormousLoadsAreNotBalanced) {
+  const std::string shell = R"(
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.metal]
+model = "shell"
+youngs_modulus = 7e10
+shell_thickness = 0.002
+volume_density = 2700
+[[body]]
+name = "plate"
+shape = { type = "rectangle", size = [0.5, 0.1], resolution = [5, 9] }
+pin = [{ edges = ["first_col"], clamp = true }]
+[[load]]
+body = "plate"
+type = "line"
+edges = ["last_col"]
+force = [0, 0, 1e160]
+)";
+  CaseEquilibrium about(parse_case(shell, "test.toml"), {});
+  EXPECT_TRUE(about.find());
+}
+
 // A free shell is at rest anywhere. A tiny pressure on a held one is a force nevertheless.
 TEST(CaseEquilibrium, TellsRoundingFromForces) {
   const std::string shell = R"(

@@ -1,6 +1,7 @@
 // weft check --picture and --fix-initial.
 #include <gtest/gtest.h>
 #include <hdf5.h>
+#include <sys/stat.h>
 
 #include <array>
 #include <filesystem>
@@ -131,6 +132,16 @@ TEST_F(CommandCheck, FixInitialOverwritesNothingWithoutForce) {
   const Result own = weft({"check", "crossed.toml", "--fix-initial", "crossed.toml", "--force"});
   EXPECT_EQ(own.code, exit_code::bad_case);
   EXPECT_EQ(read_bytes(path("crossed.toml")), crossed_sheets);
+}
+
+// A new file would take the place of what reads and writes there.
+TEST_F(CommandCheck, FixInitialReplacesNoPipe) {
+  write("crossed.toml", crossed_sheets);
+  ASSERT_EQ(mkfifo(path("start.h5").c_str(), 0600), 0);
+  const Result refused = weft({"check", "crossed.toml", "--fix-initial", "start.h5", "--force"});
+  EXPECT_EQ(refused.code, exit_code::input_output);
+  EXPECT_TRUE(holds(refused.err, "start.h5: is no file")) << refused.err;
+  EXPECT_TRUE(std::filesystem::is_fifo(path("start.h5")));
 }
 
 TEST_F(CommandCheck, FixInitialWritesNothingIfItCannotRepair) {
@@ -297,6 +308,24 @@ positions = { type = "grid", count = [1, 1, 1], spacing = 0.1, centre = [0.05, 0
               2000)
         << method;
   }
+}
+
+// Drawing computes in float32, whose range squares of such coordinates leave.
+TEST_F(CommandCheck, PictureOfAnImmenseOrTinyStartIsRefused) {
+  write("crossed.toml", crossed_sheets);
+  for (const char* start :
+       {"body.upper.position=[1e60, 0, 0]", "body.upper.position=[0, 1e20, 0]"}) {
+    const Result far = weft({"check", "crossed.toml", "--picture", "start.png", "--set", start});
+    EXPECT_EQ(far.code, exit_code::input_output) << start;
+    EXPECT_TRUE(holds(far.err, "cannot draw what is not finite")) << far.err;
+  }
+  const Result tiny =
+      weft({"check", "crossed.toml", "--picture", "start.png", "--set",
+            "body.lower.shape.size=[1e-24, 1e-24]", "--set", "body.upper.shape.size=[1e-24, 1e-24]",
+            "--set", "body.upper.position=[0, 0, 0]"});
+  EXPECT_EQ(tiny.code, exit_code::input_output);
+  EXPECT_TRUE(holds(tiny.err, "seen from less than 1e-18 m")) << tiny.err;
+  EXPECT_FALSE(std::filesystem::exists(path("start.png")));
 }
 
 TEST_F(CommandCheck, PictureShowsTheIntersections) {

@@ -79,6 +79,8 @@ TEST_F(Command, RefusesArgumentsItDoesNotKnow) {
       {{"run", "sheet.toml", "-o", ""}, "--output: expected a name, not an empty text"},
       {{"run", "sheet.toml", "--restart-from", "", "--time", "1"},
        "--restart-from: expected a name, not an empty text"},
+      {{"run", "sheet.toml", "--restart-from", "sheet.h5", "--time", "nan"},
+       "--time: the time is not a finite number"},
       {{"modes", "sheet.toml", "-o", ""}, "--output: expected a name, not an empty text"},
       {{"check", "sheet.toml", "--picture", ""}, "--picture: expected a name, not an empty text"},
       {{"check", "sheet.toml", "--fix-initial", ""},

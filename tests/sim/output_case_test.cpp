@@ -34,7 +34,7 @@ std::vector<BadCase> bad_outputs() {
        R"(case.toml:8:15: frame_times with a method that finds equilibria
   expected time.frames_per_second: each frame is an equilibrium)"},
       {"unknown_body", still + "bodies = [\"sheet\", \"shet\"]\n",
-       R"(case.toml:5:20: no body or obstacle is called "shet"
+       R"(case.toml:5:20: no body, obstacle or group of particles is called "shet"
   did you mean "sheet"?)"},
       {"body_that_is_no_name", still + "bodies = [\"a sheet\"]\n",
        R"(case.toml:5:11: "bodies[0]" is "a sheet"
@@ -46,7 +46,7 @@ std::vector<BadCase> bad_outputs() {
        R"(case.toml:5:10: "bodies" is an array of 0
   expected an array of names)"},
       {"part_of_an_unknown_body", still + "[[output.part]]\nbody = \"sheed\"\n",
-       R"(case.toml:6:8: no body or obstacle is called "sheed"
+       R"(case.toml:6:8: no body, obstacle or group of particles is called "sheed"
   did you mean "sheet"?)"},
       {"part_of_nothing", still + "[[output.part]]\nevery = 2\n",
        R"(case.toml:5:1: [[output.part]] has no "body"
@@ -116,9 +116,14 @@ TEST(OutputRounding, IsNoticedWhereSurfacesMayCrossInFrames) {
     return rounding_notice(*build_scene(parse_case(text, "case.toml")));
   };
   EXPECT_EQ(notice_of("position = [0, 8000, 0]\n"), "");
+  // Gaps keep surfaces without a thickness apart: of a part of the range, 2 mm.
+  EXPECT_EQ(notice_of("position = [0, 10, 0]\n[[obstacle]]\nname = \"thin\"\nthickness = 0\n"
+                      "shape = { type = \"sphere\", radius = 1, resolution = [5] }\n"),
+            "");
   EXPECT_EQ(notice_of("position = [0, 9000, 0]\n"),
             "body \"sheet\" is 9000.5 m from the origin: float32 rounds its positions by up to "
-            "0.000536472 m, more than half its thickness, and surfaces may cross in frames; "
+            "0.000536472 m, more than half of what keeps surfaces apart, and surfaces may cross in "
+            "frames; "
             "output.precision = \"float64\" shows them as they are");
   EXPECT_EQ(notice_of("position = [0, 9000, 0]\n[output]\nprecision = \"float64\"\n"), "");
   EXPECT_EQ(notice_of("position = [0, 9000, 0]\n[[obstacle]]\nname = \"post\"\n"

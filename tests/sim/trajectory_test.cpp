@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #if defined(__SANITIZE_ADDRESS__)
 #include <sanitizer/lsan_interface.h>
@@ -316,6 +317,9 @@ TEST_F(Trajectory, SaysWhyAFileCannotBeMade) {
             nowhere + ": cannot create: No such file or directory");
   std::ofstream(path("file")) << "text";
   EXPECT_NE(message_of([&] { write(path("file/run.h5"), 1, {}); }).find("Not a directory"),
+            std::string::npos);
+  ASSERT_EQ(mkfifo(path("pipe.h5").c_str(), 0600), 0);
+  EXPECT_NE(message_of([&] { write(path("pipe.h5"), 1, {.force = true}); }).find("is no file"),
             std::string::npos);
   std::filesystem::create_directory(path("folder.h5"));
   EXPECT_NE(
