@@ -262,6 +262,53 @@ TEST(RestingParticles, SwingsInABowlDoNotGrow) {
   }
 }
 
+// A ball that has bounced hovers beside the facets. It would rebound from each by the speed that
+// the bend between two gives, and lose up to half of its energy in 10 s.
+TEST(RestingParticles, ABallThatBouncesGoesOverFacetsAsOverACurve) {
+  for (const int facets : {32, 128, 512}) {
+    for (const double restitution : {0.0, 0.5, 1.0}) {
+      SCOPED_TRACE(std::to_string(facets) + " facets, e = " + std::to_string(restitution));
+      Simulation simulation = simulate(
+          ball_within("thickness = 0\nrotation_deg = [90, 0, 0]\nshape = { type = \"cylinder\", "
+                      "radius = 0.5, length = 0.4, resolution = [3, " +
+                          std::to_string(facets) + "] }\n",
+                      "friction = 0\nspin = false\npositions = { type = \"grid\", count = [1, 1, "
+                      "1], centre = [0.4485, 0, 0] }\n"),
+          {"particles.ball.restitution=" + std::to_string(restitution),
+           "time.frames_per_second=60"});
+      const double mass = simulation.scene().mass[0], whole = mass * gravity * 0.45;
+      const auto energy = [&] {
+        return simulation.energies().kinetic + mass * gravity * simulation.position("ball")[0].z();
+      };
+      const double first = energy();
+      const auto failure = simulation.advance(10);
+      ASSERT_FALSE(failure) << failure->text;
+      EXPECT_GT(energy() - first, -0.06 * whole);
+      EXPECT_LT(energy() - first, 0.005 * whole);
+    }
+  }
+}
+
+// A ball that meets a facet steeply bounces, wherever the bends are.
+TEST(RestingParticles, ABallThatMeetsAFacetSteeplyBounces) {
+  for (const double place : {0.08, 0.1, 0.12, 0.14}) {
+    Simulation simulation = simulate(
+        ball_within(
+            "thickness = 0\nrotation_deg = [90, 0, 0]\nshape = { type = \"cylinder\", "
+            "radius = 0.5, length = 0.4, resolution = [3, 128] }\n",
+            "friction = 0\nspin = false\nrestitution = 0.5\nvelocity = [0, 0, -1]\npositions "
+            "= { type = \"grid\", count = [1, 1, 1], centre = [0, 0, 0] }\n"),
+        {"world.gravity=[0, 0, 0]",
+         "particles.ball.positions.centre=[" + std::to_string(place) + ", 0, 0]"});
+    const auto failure = simulation.advance(0.6);
+    ASSERT_FALSE(failure) << failure->text;
+    // Facets differ from the round wall by up to 1.4 degrees.
+    const double across = place / 0.45, left = simulation.velocity("ball")[0].squaredNorm();
+    EXPECT_NEAR(left, across * across + 0.25 * (1 - across * across), 0.75 * 2 * across * 0.026)
+        << place;
+  }
+}
+
 // The velocity turns with the wall, and keeps its size.
 TEST(RestingParticles, ABallGoesRoundInADrumAsFastAsBefore) {
   Simulation simulation = simulate(
