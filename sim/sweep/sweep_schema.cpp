@@ -73,7 +73,9 @@ Table describe(LimitsCase& target) {
   auto& [time, memory] = target;
   return {{
       field("time", &time, "s", positive,
-            "Wall time of a run; one that takes longer is stopped and has failed.")
+            "Wall time of a run since it was last started; one that takes longer is stopped and "
+            "has failed. "
+            "A run that goes on from a checkpoint has the whole time again.")
           .with_default("none"),
       field("memory", &memory, "MiB", positive,
             "Resident memory of a run; one that takes more is ended and has failed.")
