@@ -173,12 +173,12 @@ std::vector<BadCase> bad_starts() {
       {"too_heavy",
        head + "[[particles]]\nname = \"balls\"\nradius = 1e40\n"
               "positions = { type = \"grid\", count = [1, 1, 1] }\n",
-       R"(case.toml:3:3: particles "balls" have a mass of 4.18879e+123 kg each
+       R"(case.toml:3:1: particles "balls" have a mass of 4.18879e+123 kg each
   expected a radius and a density of masses from 1e-100 to 1e+100 kg)"},
       {"too_light",
        head + "[[particles]]\nname = \"balls\"\nradius = 0.1\ndensity = 1e-100\n"
               "positions = { type = \"grid\", count = [1, 1, 1] }\n",
-       R"(case.toml:3:3: particles "balls" have a mass of 4.18879e-103 kg each
+       R"(case.toml:3:1: particles "balls" have a mass of 4.18879e-103 kg each
   expected a radius and a density of masses from 1e-100 to 1e+100 kg)"},
       {"region_too_far",
        head + "[[particles]]\nname = \"balls\"\nradius = 0.1\n"

@@ -48,12 +48,12 @@ int stops_at(double gap) {
   return added;
 }
 
-// All four corners would pass through the plate, or end closer to it than a twentieth of the range.
+// All four corners would pass through the plate, or end closer to it than a fifth of the range.
 TEST(Stops, HoldPairsThatWouldMeetOrEndTooNear) {
   EXPECT_EQ(stops_at(-0.2), 4);
   EXPECT_EQ(stops_at(-1e-4), 4);
-  EXPECT_EQ(stops_at(0.9e-4), 4);
-  EXPECT_EQ(stops_at(1.1e-4), 0);
+  EXPECT_EQ(stops_at(3.9e-4), 4);
+  EXPECT_EQ(stops_at(4.1e-4), 0);
   EXPECT_EQ(stops_at(0.1), 0);
 }
 
