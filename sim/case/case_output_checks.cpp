@@ -58,7 +58,8 @@ class OutputChecker {
   // Throws CaseError if nothing that is recorded has the name.
   void require_known(const std::string& name, const std::string& place) const {
     if (std::ranges::find(names_, name) != names_.end()) return;
-    fail(place, "no body, obstacle or group of particles is called " + in_quotes(name), name_hint(name, names_));
+    fail(place, "no body, obstacle or group of particles is called " + in_quotes(name),
+         name_hint(name, names_));
   }
 
   void bodies() const {

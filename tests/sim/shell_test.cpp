@@ -77,9 +77,8 @@ TEST(ShellScene, BoxesHoldPointsOfTheSurface) {
 // holds them, by a rounding error.
 TEST(ShellScene, BoxesHoldPointsOnTheirFaces) {
   for (const int points : {9, 21, 41}) {
-    const std::string count = std::to_string(points),
-                      plate = "type = \"rectangle\", size = [1, 1], resolution = [" + count + ", " +
-                              count + "]";
+    const std::string plate =
+        "type = \"rectangle\", size = [1, 1], resolution = [5, " + std::to_string(points) + "]";
     for (const int quarters : {1, 2, 3}) {
       const std::string end = std::to_string(quarters * (points - 1) / 4),
                         face = std::to_string(-0.5 + 0.25 * quarters);
