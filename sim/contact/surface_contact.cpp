@@ -9,6 +9,7 @@
 #include "sim/case/case_text.h"
 #include "sim/contact/contact_stiffness.h"
 #include "sim/contact/surface_features.h"
+#include "sim/scene/sliding_supports.h"
 
 namespace weft::sim {
 
@@ -38,11 +39,17 @@ double secant_of(const Vec3& normal, const Sliding& sliding) {
 // Replaces the slope of friction by its secant. The slope of full friction is zero along the
 // sliding velocity. A single correction would then apply the whole friction of the start of a long
 // step, whatever is left of the sliding at its end, and throw light vertices back. With the secant,
-// friction at most ends the sliding. The stiffness of an anchor keeps the derivative: the
-// displacement grows with every step that slides, but the force does not.
-void use_secant(const Vec3& normal, Sliding& sliding) {
+// friction at most ends the sliding.
+//
+// The stiffness of an anchor keeps the derivative, which is zero along full sliding: the
+// displacement grows in every step that slides, but the force does not. With `anchors_are_driven`,
+// it takes the secant, too. The start of a step then compares particles that have not moved yet
+// with anchors that have, and only the stiffness tells that the particles will follow.
+void use_secant(const Vec3& normal, bool anchors_are_driven, double hold_rate, Sliding& sliding) {
   if (sliding.force.isZero(0)) return;
   sliding.slope = secant_of(normal, sliding) * (Mat3::Identity() - normal * normal.transpose());
+  if (anchors_are_driven && !sliding.stiffness.isZero(0))
+    sliding.stiffness = hold_rate * sliding.slope;
 }
 
 // Returns true if the sliding velocity, which is -force / secant, has turned by more than a right
@@ -50,6 +57,14 @@ void use_secant(const Vec3& normal, Sliding& sliding) {
 bool has_turned_back(const Vec3& normal, const Vec3& change, const Sliding& sliding) {
   const double squared = sliding.force.squaredNorm();
   return squared > 0 && squared + secant_of(normal, sliding) * sliding.force.dot(change) < 0;
+}
+
+// True if a motion moves an obstacle or a pin at any time.
+bool has_motions(const Scene& scene) {
+  return std::ranges::any_of(scene.prescribed, &PrescribedMotion::moves) ||
+         std::ranges::any_of(scene.bodies, [](const SceneBody& body) {
+           return body.supports && body.supports->any_moves();
+         });
 }
 
 }  // namespace
@@ -97,6 +112,7 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
       damping_time_(scene.source.contact.damping_time),
       friction_speed_(scene.source.contact.friction_speed),
       hold_rate_(friction_speed_ / scene.source.contact.sticking_distance.value_or(1)),
+      anchors_are_driven_(has_motions(scene)),
       friction_(scene),
       spheres_(scene),
       obstacle_spins_(scene.bodies.size(), Vec3::Zero()),
@@ -440,7 +456,8 @@ void SurfaceContact::make_definite(ContactPair& pair) {
 
 void SurfaceContact::make_definite(const ContactPair& pair, Sliding& sliding) const {
   const bool is_early = iterate_ >= 0 && iterate_ < iterates_with_secants;
-  if (scene_.source.time.newton > 0 && is_early) use_secant(pair.normal, sliding);
+  if (scene_.source.time.newton > 0 && is_early)
+    use_secant(pair.normal, anchors_are_driven_, hold_rate_, sliding);
   if (pair.coefficient >= 0) return;
   sliding.slope.setZero();
   sliding.stiffness.setZero();
@@ -463,7 +480,8 @@ void SurfaceContact::use_secants_past_rest(std::span<const Vec3> velocity) {
     for (const SpinArm& spin : sliding.spins) {
       if (spin.point >= 0) change += spin.arm * pair.normal.cross(change_of(spin.point));
     }
-    if (has_turned_back(pair.normal, change, sliding)) use_secant(pair.normal, sliding);
+    if (has_turned_back(pair.normal, change, sliding))
+      use_secant(pair.normal, anchors_are_driven_, hold_rate_, sliding);
   }
   ++iterate_;
   last_velocity_.assign(velocity.begin(), velocity.begin() + scene_.dynamic_points);

@@ -316,6 +316,7 @@ class SurfaceContact {
   ContactSearch search_;
   double range_, damping_time_, friction_speed_;
   double hold_rate_ = 0;                    // ContactLaw::hold_rate
+  bool anchors_are_driven_ = false;         // true if a motion may move surfaces with anchors
   const AnchorHistory* anchors_ = nullptr;  // null: contacts are not anchored
   std::span<const Vec3> measured_at_;       // positions of the last evaluate(), m
   PairFriction friction_;

@@ -119,26 +119,6 @@ double ImpulseSolver::least_rebound(const SphereContact& contact, const ImpulseS
   return std::max(step.resting_speed, 0.5 * least_bounce * step.length * load);
 }
 
-// True if the sphere meets a curved surface that has risen since the last step. A sphere that
-// hovers beside the facets of a curved surface meets each with the speed that the bend before it
-// gives. That is no impact: the velocity turns by twice its angle with the plane half way round the
-// bend, with which it keeps its size. Sets the target and the time of the row.
-bool ImpulseSolver::turns_after_bend(const SphereContact& contact, const ImpulseStep& step,
-                                     double gap, Row& row) const {
-  if (contact.past_bend.isZero(0)) return false;
-  const Vec3 velocity = step.velocity[contact.sphere] - contact.drive;
-  const Vec3& pull = step.acceleration[contact.sphere];
-  const double speed = contact.normal.dot(velocity), along = contact.normal.dot(pull);
-  const double time = closing_time(gap, speed, along, step.length);
-  if (time < 0 || -(speed + along * time) <= step.resting_speed) return false;
-  row.turns = true;
-  row.time = time;
-  const Vec3 normal = row.normal_of(contact);
-  const double approach = -normal.dot(velocity + time * pull);
-  row.target = std::max(approach + (step.length - time) * normal.dot(pull), 0.0);
-  return true;
-}
-
 // Sets the least normal velocity at the end of the step, and the time at which the impulse acts.
 // Returns false if the contact neither touches nor closes in free motion.
 bool ImpulseSolver::set_target(const SphereContact& contact, const ImpulseStep& step,
@@ -151,7 +131,6 @@ bool ImpulseSolver::set_target(const SphereContact& contact, const ImpulseStep& 
   // The surface rises by rise * length during the step.
   const double acceleration = free_acceleration - 2 * contact.rise / length;
   const double time = closing_time(gap, speed, acceleration, length);
-  if (turns_after_bend(contact, step, gap, row)) return true;
   row.time = 0.5 * length;
   row.target = contact.rise;
   // A sphere that parts from a curved surface by itself takes up no energy where it is kept on it.
@@ -165,17 +144,14 @@ bool ImpulseSolver::set_target(const SphereContact& contact, const ImpulseStep& 
     }
     return gap <= touching_share * rest;
   }
-  // A surface that rises before a sphere which slides on it is no impact: the velocity turns with
-  // it.
-  const double left = length - time;
-  const double impact_speed = -(speed + free_acceleration * time);
+  const double left = length - time, impact_speed = -(speed + acceleration * time);
   row.is_impact = impact_speed > step.resting_speed;
   if (!row.is_impact) return true;
   const double rebound = contact.restitution * impact_speed;
   row.time = time;
   row.parts = rebound > least_rebound(contact, step);
   if (row.parts) {
-    row.target = contact.rise + rebound + free_acceleration * left;
+    row.target = rebound + free_acceleration * left;
   } else {
     // The part of the impulse that bears the weight after the impact acts evenly.
     const double load = std::max(0.0, -acceleration * left);

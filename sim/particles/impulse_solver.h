@@ -90,7 +90,6 @@ class ImpulseSolver {
     int place = 0;    // in the batches
     bool is_impact = false;
     bool parts = false;                           // true for an impact from which the sides rebound
-    bool turns = false;                           // true after a bend (turns_after_bend())
     double time = 0;                              // s, within the step, when the impulse acts
     double target = 0;                            // m/s, least normal velocity at the end
     double normal_mass = 0, tangential_mass = 0;  // kg
@@ -98,9 +97,8 @@ class ImpulseSolver {
     Vec3 tangential{0, 0, 0};                     // kg m/s, impulse of friction
 
     // Returns the unit vector along which the impulse acts: not that of the start where the surface
-    // rises before the sphere, or has risen.
+    // rises before the sphere.
     Vec3 normal_of(const SphereContact& contact) const {
-      if (turns) return contact.normal + contact.past_bend;
       return parts ? contact.normal : contact.rolling_normal();
     }
     // Returns the velocity (m/s) of an obstacle that the sphere meets, or that it stays on.
@@ -144,8 +142,6 @@ class ImpulseSolver {
   double parting_acceleration(const SphereContact& contact, const ImpulseStep& step) const;
   double least_rebound(const SphereContact& contact, const ImpulseStep& step) const;
   bool set_target(const SphereContact& contact, const ImpulseStep& step, Row& row) const;
-  bool turns_after_bend(const SphereContact& contact, const ImpulseStep& step, double gap,
-                        Row& row) const;
   void take_kept(std::span<const SphereContact> contacts, double length);
   void keep(std::span<const SphereContact> contacts, const ImpulseStep& step);
   void add_row(const SphereContact& contact, Row& row);

@@ -32,9 +32,6 @@ struct SphereContact {
   // which the sphere leaves the plane that it moves on at the start. Both are zero elsewhere.
   Vec3 bend{0, 0, 0};
   double rise = 0;
-  // If a sphere has just passed such a bend without touching the surface, `normal` plus `past_bend`
-  // is half way round it. Zero elsewhere.
-  Vec3 past_bend{0, 0, 0};
   // True if a closer contact with the same curved surface bears the sphere in this one's place.
   bool is_borne = false;
   double restitution = 0, friction = 0;

@@ -34,19 +34,6 @@ constexpr double least_bend = 0.3;
 // Least cosine of the angle between the normals at both ends of a step on a surface that counts as
 // curved. Larger angles (11.5 degrees) are kinks, which a sphere hits.
 constexpr double least_cosine_of_curves = 0.98;
-// Ways of a step behind a sphere within which a bend has turned the surface towards it.
-constexpr double past_ways = 2;
-// Least approach after such a bend, as a fraction of the sliding speed. Facets that turn by less
-// give no speed that rebounds.
-constexpr double least_turn = 2e-3;
-
-// True if a surface with the normals `from` and `to` bends along the way of a sphere that slides on
-// it, if at all, and by so little that it counts as curved.
-bool bends_along(const Vec3& slide, const Vec3& from, const Vec3& to) {
-  const Vec3 change = to - from;
-  return from.dot(to) >= least_cosine_of_curves &&
-         std::abs(slide.dot(change)) >= least_bend * slide.norm() * change.norm();
-}
 
 // Returns the least squared distance of two points on straight paths, after they begin to move,
 // from their distance vectors at both ends. It is infinite if they part from the beginning.
@@ -219,40 +206,6 @@ void SphereSearch::add_surface_contacts(int surface, int sphere, const SphereSta
   if (contacts.size() > before) look_ahead(start, std::span(contacts).subspan(before));
 }
 
-// Returns the normal, in the frame of the surface, of the triangle of near_ that is closest to a
-// sphere at `place`. Triangles with a gap (m) above `farthest` are left out.
-Vec3 SphereSearch::normal_at(const ObstacleSurface& surface, int sphere, const Vec3& place,
-                             double farthest) const {
-  double least = std::numeric_limits<double>::infinity();
-  Vec3 normal = Vec3::Zero();
-  for (const Closest& each : near_) {
-    if (each.gap > farthest) continue;
-    const Closest found = closest(surface, sphere, each.triangle, place);
-    if (!(found.gap < least)) continue;
-    least = found.gap;
-    normal = found.normal;
-  }
-  return normal;
-}
-
-// Returns SphereContact::past_bend of the contact that bears a sphere on a surface at rest. The
-// sphere flies along its last facet, or falls towards the present one by as much again.
-Vec3 SphereSearch::past_bend(const SphereStart& start, const SphereContact& support,
-                             const Vec3& slide) const {
-  const Vec3& normal = support.normal;
-  const Vec3 relative = start.velocity[support.sphere] - support.drive;
-  const double approach = -relative.dot(normal);
-  if (!(approach > least_turn * slide.norm())) return Vec3::Zero();
-  const Vec3 way = past_ways * start.length * slide;
-  const Vec3 last = normal_at(surfaces_.all()[support.surface], support.sphere,
-                              start.position[support.sphere] - way, support.gap + 2 * way.norm());
-  const double turn = slide.dot(last);
-  const Vec3 middle = (normal + last).normalized();
-  const bool has_passed = turn > 0 && approach < 2 * turn && relative.dot(middle) < 0 &&
-                          bends_along(slide, normal, last);
-  return has_passed ? Vec3(middle - normal) : Vec3(Vec3::Zero());
-}
-
 // Finds how a surface goes on for a sphere that slides or rolls on it. `contacts` are those of the
 // sphere with the surface, and near_ has the triangles near it. Beside an edge of a mesh that
 // stands for a curved surface a sphere has several contacts with nearly equal normals. The closest
@@ -271,20 +224,30 @@ void SphereSearch::look_ahead(const SphereStart& start, std::span<SphereContact>
   const double way = start.length * slide.norm();
   const bool can_bend = way > std::max(support.gap, least_way * radii_[sphere]);
   if (can_bend && (moves || near_.size() > 1)) {
-    last_normal =
-        normal_at(target, sphere, local(support.surface, end, place), support.gap + 2 * way);
-    if (moves) last_normal = end.rotation * last_normal;
-    const bool rises = slide.dot(last_normal) < 0 && bends_along(slide, normal, last_normal);
+    const Vec3 last_place = local(support.surface, end, place);
+    double least = std::numeric_limits<double>::infinity();
+    for (const Closest& each : near_) {
+      if (each.gap > support.gap + 2 * way) continue;
+      const Closest found = closest(target, sphere, each.triangle, last_place);
+      if (!(found.gap < least)) continue;
+      least = found.gap;
+      last_normal = moves ? Vec3(end.rotation * found.normal) : found.normal;
+    }
+    // True if the surface bends along the way until it has this normal, if at all.
+    const auto bends_to = [&](const Vec3& other) {
+      const Vec3 change = other - normal;
+      return normal.dot(other) >= least_cosine_of_curves &&
+             std::abs(slide.dot(change)) >= least_bend * slide.norm() * change.norm();
+    };
+    const bool rises = slide.dot(last_normal) < 0 && bends_to(last_normal);
     for (SphereContact& contact : contacts) {
       if (contact.triangle != support.triangle) {
-        contact.is_borne = bends_along(slide, normal, contact.normal);
-        continue;
+        contact.is_borne = bends_to(contact.normal);
+      } else if (rises) {
+        const Vec3 middle = (normal + last_normal).normalized();
+        contact.bend = middle - normal;
+        contact.rise = -slide.dot(middle);
       }
-      if (!moves) contact.past_bend = past_bend(start, support, slide);
-      if (!rises) continue;
-      const Vec3 middle = (normal + last_normal).normalized();
-      contact.bend = middle - normal;
-      contact.rise = -slide.dot(middle);
     }
   }
   if (!moves) return;

@@ -71,9 +71,6 @@ class SphereSearch {
                                 const SphereStart& start) const;
   void add_surface_contacts(int surface, int sphere, const SphereStart& start, double reach,
                             std::vector<SphereContact>& contacts);
-  Vec3 normal_at(const ObstacleSurface& surface, int sphere, const Vec3& place,
-                 double farthest) const;
-  Vec3 past_bend(const SphereStart& start, const SphereContact& support, const Vec3& slide) const;
   void look_ahead(const SphereStart& start, std::span<SphereContact> contacts) const;
   void add_surface_overlaps(int surface, int sphere, const SphereStart& start, const Vec3& end,
                             std::vector<SphereContact>& overlaps);

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -74,7 +75,11 @@ template <class Surface>
 class Finder {
  public:
   Finder(const SceneBody& body, const LoadCase& load, std::span<const Vec3> positions)
-      : body_(body), load_(load), positions_(positions), surface_(body) {}
+      : body_(body), load_(load), positions_(positions), surface_(body) {
+    const VertexSelection& of = load.vertices;
+    if (of.region_min && of.region_max)
+      box_ = selecting_box(*of.region_min, *of.region_max, positions);
+  }
 
   std::vector<LoadPoint> find() {
     switch (load_.type) {
@@ -139,7 +144,7 @@ class Finder {
     for (const double v : gauss) {
       for (const double u : gauss) {
         LoadPoint point{.at = surface_.at({patch, col + u, row + v})};
-        if (!is_in_box(point.at.position(positions_))) continue;
+        if (box_ && !box_->contains(point.at.position(positions_))) continue;
         point.area_factor =
             point.at.tangent_u(body_.rest).cross(point.at.tangent_v(body_.rest)).norm();
         point.measure = point.area_factor / 4;
@@ -147,17 +152,12 @@ class Finder {
       }
     }
   }
-  bool is_in_box(const Vec3& place) const {
-    const auto& least = load_.vertices.region_min;
-    const auto& most = load_.vertices.region_max;
-    return !least ||
-           ((place.array() >= least->array()).all() && (place.array() <= most->array()).all());
-  }
 
   const SceneBody& body_;
   const LoadCase& load_;
   std::span<const Vec3> positions_;
   Surface surface_;
+  std::optional<Eigen::AlignedBox3d> box_;
   std::vector<LoadPoint> points_;
 };
 

@@ -1,6 +1,5 @@
 #include "sim/scene/pins.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "sim/case/case_error.h"
@@ -49,13 +48,8 @@ class Selection {
     if (is_row) add_block({index, index}, all_cols);
     if (!is_row) add_block(all_rows, {index, index});
   }
-  // Adds the points in a box. Points of splines and of rotated shapes are rounded: without a
-  // margin, rounding would decide which of those on a face of the box belong to it.
   void add_region(std::span<const Vec3> points, const Vec3& lowest, const Vec3& highest) {
-    Eigen::AlignedBox3d around;
-    for (const Vec3& point : points) around.extend(point);
-    const Vec3 margin = Vec3::Constant(box_margin * around.diagonal().norm());
-    const Eigen::AlignedBox3d box(lowest - margin, highest + margin);
+    const Eigen::AlignedBox3d box = selecting_box(lowest, highest, points);
     for (int i = 0; i < atlas_.particle_count(); ++i) {
       if (box.contains(points[i])) particles_.push_back(i);
     }
@@ -84,6 +78,15 @@ class Selection {
 };
 
 }  // namespace
+
+// Points of splines and of rotated shapes are rounded.
+Eigen::AlignedBox3d selecting_box(const Vec3& lowest, const Vec3& highest,
+                                  std::span<const Vec3> points) {
+  Eigen::AlignedBox3d around;
+  for (const Vec3& point : points) around.extend(point);
+  const Vec3 margin = Vec3::Constant(box_margin * around.diagonal().norm());
+  return {lowest - margin, highest + margin};
+}
 
 std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLocation& where,
                                  const std::string& owner, const bsi::Atlas& atlas,

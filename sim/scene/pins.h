@@ -1,6 +1,7 @@
 // The vertices that a pin, a tie or a load of a case file selects.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,6 +21,10 @@ namespace weft::sim {
 std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLocation& where,
                                  const std::string& owner, const bsi::Atlas& atlas,
                                  std::span<const Vec3> points);
+// Returns the box that a case file gives, with a margin of 1e-9 of the size of a body with these
+// `points`: points on a face of the box are then in it, whatever rounding says.
+Eigen::AlignedBox3d selecting_box(const Vec3& lowest, const Vec3& highest,
+                                  std::span<const Vec3> points);
 // Selects particles of a body (local indices). `positions` are those of its particles, m. The
 // points of a shell are those of its image, because its control points lie beside the surface.
 std::vector<int> select_vertices(const VertexSelection& vertices, const SourceLocation& where,

@@ -120,6 +120,23 @@ TEST(AnchoredFriction, PreviewsSlideByCoulombsLaw) {
   EXPECT_NEAR((late - early) / 0.2 / exact, 1, 0.03);
 }
 
+// A floor that moves at once carries a sheet along. It lags while it slides, and never outruns the
+// floor.
+TEST(AnchoredFriction, PreviewsDoNotOutrunTheirFloor) {
+  for (const char* step : {"5e-3", "0.016"}) {
+    SimulatedCase sim(sheet_on_floor(0, 0.5) + "motion = { velocity = [0.5, 0, 0] }\n",
+                      {"time.method=\"euler\"", "time.newton=1", std::string("time.step=") + step,
+                       "contact.friction_speed=0.01"});
+    const double start = mean_x(sim, sim.positions_at(0));
+    for (const double time : {0.2, 0.4, 0.6, 0.8}) {
+      EXPECT_LT(mean_speed(sim, time), 0.51) << step;
+      const double way = mean_x(sim, sim.positions_at(time)) - start;
+      EXPECT_LT(way, 0.5 * time);
+      EXPECT_GT(way, 0.5 * time - 0.05);
+    }
+  }
+}
+
 // A plate that turns carries a sheet along, with its anchors: after one turn the sheet lies where
 // it lay on the plate.
 TEST(AnchoredFriction, AnchorsMoveWithTheirSurface) {

@@ -119,6 +119,17 @@ TEST_P(LoadsOfMaterial, BoxSelectsAPartOfTheSurface) {
   EXPECT_NEAR(loaded.sum().z(), 0.5 * 1.2 * 0.8, 1e-12);
 }
 
+// The sheet stands in the face x = 0 of the box, to within rounding.
+TEST_P(LoadsOfMaterial, BoxHoldsASurfaceInItsFace) {
+  LoadedScene loaded = scene(
+      "type = \"area\"\nforce = [0, 0, 1]\nregion_min = [0, -2, -2]\nregion_max = [1, 2, 2]\n"
+      "[[body]]\nname = \"other\"\nmaterial = \"sheet\"\nrotation_deg = [0, 90, 0]\n"
+      "shape = { type = \"rectangle\", size = [1.2, 0.8], resolution = [7, 9] }\n"
+      "[[load]]\nbody = \"other\"\ntype = \"area\"\nforce = [0, 1, 0]\nregion_min = [0, -2, -2]\n"
+      "region_max = [1, 2, 2]\n");
+  EXPECT_NEAR(loaded.sum().y(), 1.2 * 0.8, 1e-12);
+}
+
 TEST_P(LoadsOfMaterial, PressureFollowsTheDeformedSurface) {
   LoadedScene loaded = scene("type = \"pressure\"\npressure = 7\n");
   EXPECT_LT((loaded.sum() - Vec3(0, 0, 7 * 1.2 * 0.8)).norm(), 1e-12);

@@ -262,33 +262,6 @@ TEST(RestingParticles, SwingsInABowlDoNotGrow) {
   }
 }
 
-// A ball that has bounced hovers beside the facets. It would rebound from each by the speed that
-// the bend between two gives, and lose up to half of its energy in 10 s.
-TEST(RestingParticles, ABallThatBouncesGoesOverFacetsAsOverACurve) {
-  for (const int facets : {32, 128, 512}) {
-    for (const double restitution : {0.0, 0.5, 1.0}) {
-      SCOPED_TRACE(std::to_string(facets) + " facets, e = " + std::to_string(restitution));
-      Simulation simulation = simulate(
-          ball_within("thickness = 0\nrotation_deg = [90, 0, 0]\nshape = { type = \"cylinder\", "
-                      "radius = 0.5, length = 0.4, resolution = [3, " +
-                          std::to_string(facets) + "] }\n",
-                      "friction = 0\nspin = false\npositions = { type = \"grid\", count = [1, 1, "
-                      "1], centre = [0.4485, 0, 0] }\n"),
-          {"particles.ball.restitution=" + std::to_string(restitution),
-           "time.frames_per_second=60"});
-      const double mass = simulation.scene().mass[0], whole = mass * gravity * 0.45;
-      const auto energy = [&] {
-        return simulation.energies().kinetic + mass * gravity * simulation.position("ball")[0].z();
-      };
-      const double first = energy();
-      const auto failure = simulation.advance(10);
-      ASSERT_FALSE(failure) << failure->text;
-      EXPECT_GT(energy() - first, -0.06 * whole);
-      EXPECT_LT(energy() - first, 0.005 * whole);
-    }
-  }
-}
-
 // A ball that meets a facet steeply bounces, wherever the bends are.
 TEST(RestingParticles, ABallThatMeetsAFacetSteeplyBounces) {
   for (const double place : {0.08, 0.1, 0.12, 0.14}) {
@@ -306,6 +279,32 @@ TEST(RestingParticles, ABallThatMeetsAFacetSteeplyBounces) {
     const double across = place / 0.45, left = simulation.velocity("ball")[0].squaredNorm();
     EXPECT_NEAR(left, across * across + 0.25 * (1 - across * across), 0.75 * 2 * across * 0.026)
         << place;
+  }
+}
+
+// Lifts by bends late in a step are not paid for, and falls from bends early in a step are lost:
+// coarse facets must not let swings grow.
+TEST(RestingParticles, SwingsOnCoarseFacetsDoNotGrow) {
+  for (const char* drum : {"32", "40", "48"}) {
+    for (const char* restitution : {"0", "0.8"}) {
+      Simulation simulation = simulate(
+          ball_within("thickness = 0\nrotation_deg = [90, 0, 0]\nshape = { type = \"cylinder\", "
+                      "radius = 0.5, length = 1, resolution = [3, " +
+                          std::string(drum) + "] }\n",
+                      "friction = 0\nspin = false\npositions = { type = \"grid\", count = [1, 1, "
+                      "1], centre = [0.1157, 0, -0.4319] }\n"),
+          {std::string("particles.ball.restitution=") + restitution});
+      const auto energy = [&] {
+        const double height = simulation.position("ball")[0].z() + 0.45;
+        return simulation.energies().kinetic + simulation.scene().mass[0] * gravity * height;
+      };
+      const double first = energy();
+      for (const double time : {10.0, 20.0, 30.0}) {
+        const auto failure = simulation.advance(time);
+        ASSERT_FALSE(failure) << failure->text;
+        EXPECT_LT(energy(), 1.05 * first) << drum << " facets, e = " << restitution;
+      }
+    }
   }
 }
 
