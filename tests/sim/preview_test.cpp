@@ -192,6 +192,22 @@ TEST(Preview, SpinsInAirAndGainsNoEnergy) {
   EXPECT_LT(preview.stretch, 0.1);
 }
 
+// The work of loads and wind is no gain of energy: steps are not cut for it.
+TEST(Preview, TakesWholeStepsUnderLoadsAndInWind) {
+  std::string still = spin;
+  still.replace(still.find("1500"), 4, "0");
+  std::string in_wind = still;
+  in_wind.insert(in_wind.find("density"), "normal_drag = 1\n");
+  in_wind.insert(in_wind.find("gravity"), "wind = [0, 0, 10]\n");
+  const std::string load = "[[load]]\nbody = \"sheet\"\ntype = \"area\"\nforce = [0, 0, 2]\n";
+  for (const std::string& scene : {still + plane("") + load, in_wind + plane("")}) {
+    const Preview preview = run(scene, 1.0 / 60, 0.5);
+    EXPECT_GT(preview.most, 1e-3) << scene;
+    EXPECT_EQ(preview.counts.convergence_failures, 0) << scene;
+    EXPECT_LE(preview.gained, 0.01 * preview.most) << scene;
+  }
+}
+
 // Steps of 1/60 s bring this sheet close to the ball without a meeting. Ended there, in a tenth of
 // the range, they would store three times the energy of its fall.
 TEST(Preview, EndsNoStepDeepInABarrier) {
