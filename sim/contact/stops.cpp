@@ -9,8 +9,9 @@ namespace weft::sim {
 
 namespace {
 
-// A pair that would end with a smaller part of its range meets, too: its barrier would store more
-// energy than the pair had.
+// A pair that would end with a smaller part of its range meets, too, if it approaches by more than
+// its room: its barrier would store more energy than the pair had. A stop would pull at a slower
+// pair, the harder the shorter the step.
 constexpr double smallest_end = 0.2;
 
 // Room left to a pair at the end of the step: this part of the range, or this part of its gap at
@@ -28,7 +29,7 @@ constexpr double relative_stiffness = 100;
 }  // namespace
 
 // Returns the meeting of a pair, or nothing if the pair stays apart by `separation` (m) and ends
-// with a sufficient gap.
+// with a sufficient gap, or approaches by no more than the room that a stop would leave it.
 std::optional<Meeting> SurfaceContact::meeting_of(const Pair& pair, double range, double separation,
                                                   std::span<const Vec3> start,
                                                   std::span<const Vec3> end) const {
@@ -59,6 +60,10 @@ std::optional<Meeting> SurfaceContact::meeting_of(const Pair& pair, double range
   const double gap = std::max(meeting.pair.normal.dot(apart) - pair.thickness, 0.0);
   meeting.pair.gap = gap;
   meeting.room = gap - std::min(part_of_range * range, part_of_gap * gap);
+  double change = 0;
+  for (int k = 0; k < 4; ++k)
+    change += meeting.pair.weight[k] * meeting.pair.normal.dot(to[k] - from[k]);
+  if (fraction >= 1 && change > -meeting.room) return std::nullopt;
   return meeting;
 }
 

@@ -41,15 +41,11 @@ double secant_of(const Vec3& normal, const Sliding& sliding) {
 // step, whatever is left of the sliding at its end, and throw light vertices back. With the secant,
 // friction at most ends the sliding.
 //
-// The stiffness of an anchor keeps the derivative, which is zero along full sliding: the
-// displacement grows in every step that slides, but the force does not. With `anchors_are_driven`,
-// it takes the secant, too. The start of a step then compares particles that have not moved yet
-// with anchors that have, and only the stiffness tells that the particles will follow.
-void use_secant(const Vec3& normal, bool anchors_are_driven, double hold_rate, Sliding& sliding) {
+// The same holds for the stiffness of an anchor.
+void use_secant(const Vec3& normal, double hold_rate, Sliding& sliding) {
   if (sliding.force.isZero(0)) return;
   sliding.slope = secant_of(normal, sliding) * (Mat3::Identity() - normal * normal.transpose());
-  if (anchors_are_driven && !sliding.stiffness.isZero(0))
-    sliding.stiffness = hold_rate * sliding.slope;
+  if (!sliding.stiffness.isZero(0)) sliding.stiffness = hold_rate * sliding.slope;
 }
 
 // Returns true if the sliding velocity, which is -force / secant, has turned by more than a right
@@ -57,14 +53,6 @@ void use_secant(const Vec3& normal, bool anchors_are_driven, double hold_rate, S
 bool has_turned_back(const Vec3& normal, const Vec3& change, const Sliding& sliding) {
   const double squared = sliding.force.squaredNorm();
   return squared > 0 && squared + secant_of(normal, sliding) * sliding.force.dot(change) < 0;
-}
-
-// True if a motion moves an obstacle or a pin at any time.
-bool has_motions(const Scene& scene) {
-  return std::ranges::any_of(scene.prescribed, &PrescribedMotion::moves) ||
-         std::ranges::any_of(scene.bodies, [](const SceneBody& body) {
-           return body.supports && body.supports->any_moves();
-         });
 }
 
 }  // namespace
@@ -112,7 +100,6 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
       damping_time_(scene.source.contact.damping_time),
       friction_speed_(scene.source.contact.friction_speed),
       hold_rate_(friction_speed_ / scene.source.contact.sticking_distance.value_or(1)),
-      anchors_are_driven_(has_motions(scene)),
       friction_(scene),
       spheres_(scene),
       obstacle_spins_(scene.bodies.size(), Vec3::Zero()),
@@ -378,11 +365,15 @@ void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
       has_anchors() ? find_anchor(anchors_->selected(),
                                   anchor_key(vertex, group.body_of_first(), group.surface))
                     : nullptr;
-  const Vec3 offset = anchor == nullptr ? Vec3::Zero() : from_anchor(*anchor, position);
+  const Vec3 lead = anchor != nullptr && iterate_ == 0 && lead_ > 0
+                        ? lead_ * lead_from_anchor(*anchor, velocity)
+                        : Vec3(Vec3::Zero());
+  const Vec3 offset = anchor == nullptr ? lead : from_anchor(*anchor, position) + lead;
   PairLaw of{.law = law_of(group, group.nodes[first + in_reach[0].pair]),
              .of_spheres = group.of_spheres ? &group : nullptr,
              .surface = group.surface,
-             .from_anchor = anchor == nullptr ? nullptr : &offset};
+             .from_anchor = anchor == nullptr ? nullptr : &offset,
+             .lead = lead};
   of.law.hold_rate = hold_rate_;
   for (const bsi::SurfaceTerm& term : scratch.terms) {
     Pair features{{vertex, 0, 0, 0}, false, group.thickness};
@@ -441,6 +432,7 @@ void SurfaceContact::add_pair(const PairLaw& of, const Pair& features, const bsi
     auto sliding = friction_of(law, barrier_push, sliding_features, pair);
     if (sliding) {
       if (definite_) make_definite(pair, *sliding);
+      sliding->force += sliding->stiffness * of.lead;
       pair.sliding = static_cast<int>(found.sliding.size());
       found.sliding.push_back(*sliding);
     }
@@ -456,8 +448,7 @@ void SurfaceContact::make_definite(ContactPair& pair) {
 
 void SurfaceContact::make_definite(const ContactPair& pair, Sliding& sliding) const {
   const bool is_early = iterate_ >= 0 && iterate_ < iterates_with_secants;
-  if (scene_.source.time.newton > 0 && is_early)
-    use_secant(pair.normal, anchors_are_driven_, hold_rate_, sliding);
+  if (scene_.source.time.newton > 0 && is_early) use_secant(pair.normal, hold_rate_, sliding);
   if (pair.coefficient >= 0) return;
   sliding.slope.setZero();
   sliding.stiffness.setZero();
@@ -480,8 +471,7 @@ void SurfaceContact::use_secants_past_rest(std::span<const Vec3> velocity) {
     for (const SpinArm& spin : sliding.spins) {
       if (spin.point >= 0) change += spin.arm * pair.normal.cross(change_of(spin.point));
     }
-    if (has_turned_back(pair.normal, change, sliding))
-      use_secant(pair.normal, anchors_are_driven_, hold_rate_, sliding);
+    if (has_turned_back(pair.normal, change, sliding)) use_secant(pair.normal, hold_rate_, sliding);
   }
   ++iterate_;
   last_velocity_.assign(velocity.begin(), velocity.begin() + scene_.dynamic_points);

@@ -123,7 +123,14 @@ class SurfaceContact {
   // which is zero in full friction, has leapt past rest, and the next one would leap back. With a
   // given number of corrections and keep_matrix_definite(), all friction has the slope of its
   // secant at the first three iterates (docs/decisions/0096).
-  void begin_newton() { iterate_ = 0; }
+  //
+  // At the first iterate of such a step, obstacles and pins are at its end already, and particles
+  // still at its start. `step` (s) is the step's length: anchors compare where the particles will
+  // be if they keep their velocities.
+  void begin_newton(double step = 0) {
+    iterate_ = 0;
+    lead_ = step;
+  }
   // Holds samples, in later evaluations, to the anchors that the history selects, and lets go of
   // them by contact.sticking_distance. Without this call, contacts that stick creep.
   void use_anchors(const AnchorHistory& anchors) { anchors_ = &anchors; }
@@ -261,6 +268,7 @@ class SurfaceContact {
   std::optional<Vec3> obstacle_spin(const std::array<int, 4>& nodes) const;
   AnchorKey anchor_key(int point, int body, int surface) const;
   Vec3 from_anchor(const Anchor& anchor, std::span<const Vec3> position) const;
+  Vec3 lead_from_anchor(const Anchor& anchor, std::span<const Vec3> velocity) const;
   void place_anchors(const PlacedPoints& now);
   void describe(const CandidateList& list, int kind, PairGroup& group) const;
   void select(const CandidateList& list, std::span<const FeaturePair> pairs, float limit,
@@ -286,6 +294,7 @@ class SurfaceContact {
     double mollifier = 1, coefficient = 1;
     int surface = -1;                   // ContactPair::surface
     const Vec3* from_anchor = nullptr;  // m, from the sample's anchor to the sample
+    Vec3 lead{0, 0, 0};                 // m, the part of it that positions do not have yet
   };
   void add_pair(const PairLaw& of, const Pair& features, const bsi::Closest& closest,
                 std::span<const Vec3> position, std::span<const Vec3> velocity, Found& found) const;
@@ -316,7 +325,6 @@ class SurfaceContact {
   ContactSearch search_;
   double range_, damping_time_, friction_speed_;
   double hold_rate_ = 0;                    // ContactLaw::hold_rate
-  bool anchors_are_driven_ = false;         // true if a motion may move surfaces with anchors
   const AnchorHistory* anchors_ = nullptr;  // null: contacts are not anchored
   std::span<const Vec3> measured_at_;       // positions of the last evaluate(), m
   PairFriction friction_;
@@ -325,6 +333,7 @@ class SurfaceContact {
   // Number of evaluations since begin_newton(), which is that of the next iterate. Negative without
   // begin_newton().
   int iterate_ = -1;
+  double lead_ = 0;  // s, see begin_newton()
   // Velocities of dynamic points (m/s) at the last iterate. Empty without begin_newton().
   std::vector<Vec3> last_velocity_;
   std::vector<Vec3> rest_;                   // rest positions of all points, m

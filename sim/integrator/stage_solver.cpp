@@ -475,7 +475,7 @@ StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<do
   const bool has_contact = dynamics.contact() != nullptr;
   if (has_contact) {
     dynamics.contact()->clear_stops();
-    dynamics.contact()->begin_newton();
+    dynamics.contact()->begin_newton(gamma);
   }
   const bool is_judged = has_contact && is_driven();
   has_work = false;
