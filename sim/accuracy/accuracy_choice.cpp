@@ -104,6 +104,12 @@ std::vector<CalibrationRow> rows_of(const Case& source) {
   return {};
 }
 
+// Returns the method as a case names it.
+std::string shown(const CalibratedMethod& method) {
+  return method.by_step ? std::string(traits_of(method.method).name) + " with newton = 1"
+                        : method.name;
+}
+
 std::string rounded(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", value);
@@ -121,7 +127,7 @@ class Offers {
       if (rows.empty()) continue;
       const double duration = source.time.duration;
       ranges_ += (ranges_.empty() ? "" : " or ") + rounded(duration * rows.front().error_rate) +
-                 " to " + rounded(duration * rows.back().error_rate) + " m (" + method.name + ")";
+                 " to " + rounded(duration * rows.back().error_rate) + " m (" + shown(method) + ")";
       const auto option = option_at(method, rows, rate, position_tolerance_limit(source));
       if (option) options_.push_back(*option);
     }
@@ -141,7 +147,7 @@ class Offers {
 std::string choice_text(const Case& target, const std::vector<Option>& options, bool method_given) {
   const TimeCase& time = target.time;
   const Option& best = options.front();
-  std::string text = std::string(best.method->name) + " with ";
+  std::string text = shown(*best.method) + (best.method->by_step ? " and " : " with ");
   text += best.method->by_step ? "steps of " + rounded(*time.step) + " s"
                                : "position_tolerance " + rounded(time.position_tolerance) + " m";
   text +=
@@ -151,7 +157,7 @@ std::string choice_text(const Case& target, const std::vector<Option>& options, 
     text += "; contact.range or the calibration allow no larger one, so the error will be smaller";
   if (method_given) return text + "; the method is that of the case";
   if (options.size() == 1) return text + "; no other method is calibrated for it";
-  return text + "; " + options[1].method->name + " is calibrated to take " +
+  return text + "; " + shown(*options[1].method) + " is calibrated to take " +
          rounded(options[1].cost / best.cost) + " times as long";
 }
 
@@ -195,8 +201,11 @@ void choose_accuracy(Case& target) {
   TimeCase& time = target.time;
   const Offers offers(target, target.method_given);
   if (offers.ranges().empty()) {
+    std::vector<std::string> names;
+    for (const CalibratedMethod& method : methods())
+      if (!method.by_step) names.emplace_back(method.name);
     throw CaseError(target.method_location, "this method is not calibrated for an accuracy",
-                    "expected no method beside \"accuracy\", or \"cvode\"");
+                    "expected no method beside \"accuracy\", or one of " + quoted_list(names));
   }
   if (offers.options().empty()) {
     throw CaseError(target.accuracy_location,

@@ -70,8 +70,8 @@ Table describe(TimeCase& target) {
             "Newton iterations per step. 1: linearly implicit steps. 0: iterations until they "
             "converge to the tolerances. With contact, iterations are solved again while surfaces "
             "would meet, and steps that stretch edges by 0.05 or gain energy are halved. With a "
-            "moving pin or obstacle too, further iterations follow while a particle's velocity is "
-            "wrong by more than a tenth of the fastest.")
+            "moving pin or obstacle too, up to two further iterations follow while a particle's "
+            "velocity is wrong by more than a tenth of the fastest.")
           .only_for("method", {"euler", "implicit_midpoint"})
           .not_with("accuracy"),
       field("maximum_order", &order, "", {1, 5},
@@ -215,8 +215,9 @@ Table describe(ComputeCase& target) {
           "or CPU, whichever is measured to be faster. The result does not depend on it, except "
           "that gpu also computes the forces of many contacts, which differ by rounding."),
       field("cpu_limit", &cpu_limit, "s", positive,
-            "CPU time that the run may take, all threads together, without that of "
-            "--estimate-error. A run that exceeds it ends with its last state, reports how far it "
+            "CPU time that the run may take, all threads together, without that of its set-up "
+            "and of --estimate-error. A run that exceeds it ends with its last state, reports how "
+            "far it "
             "came, and counts as failed.")
           .with_default("no limit"),
       field("memory_limit", &memory_limit, "MiB", positive,

@@ -118,6 +118,14 @@ std::string name_hint(const std::string& name, const std::vector<std::string>& c
          quoted_list(candidates);
 }
 
+std::string in_one_line(std::string text) {
+  for (auto at = text.find('\n'); at != std::string::npos; at = text.find('\n', at)) {
+    const auto next = std::min(text.find_first_not_of(" \n", at), text.size());
+    text.replace(at, next - at, next < text.size() ? " | " : "");
+  }
+  return text;
+}
+
 std::string in_quotes(const std::string& text) {
   if (text.size() <= longest_quote) return '"' + printable(text) + '"';
   std::size_t end = longest_quote / 2;

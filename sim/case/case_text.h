@@ -26,6 +26,9 @@ std::string name_hint(const std::string& name, const std::vector<std::string>& c
 // \n is not escaped.
 std::string printable(const std::string& text, bool keep_lines = false);
 
+// Returns a text of several lines, the later ones indented, as one line: `one | other`.
+std::string in_one_line(std::string text);
+
 // Returns the text in quotes, made printable. A text of more than 160 bytes is cut to at most 80
 // bytes, and its length follows the quotes.
 std::string in_quotes(const std::string& text);

@@ -92,8 +92,8 @@ Table describe(PinCase& target) {
                .with_default("all three")
                .not_with("clamp"),
            field("symmetry_normal", &symmetry, "", any,
-                 "Normal of a plane of symmetry on which the vertices lie: they stay on it, and a "
-                 "shell whose whole border the pin names stays perpendicular to it.")
+                 "Normal of a plane of symmetry on which the vertices of a shell lie: they stay on "
+                 "it, and a shell whose whole border the pin names stays perpendicular to it.")
                .with_default("none")
                .not_with("axes"),
            field("hold_time", &hold_time, "s", not_negative,

@@ -355,10 +355,14 @@ void add_info_and_render(CLI::App& app, Arguments& arguments) {
   pictures->add_option("--every", drawing.every, "Draw every Nth frame")
       ->check(CLI::Range(1, std::numeric_limits<int>::max()))
       ->capture_default_str();
-  pictures->add_option("--width", drawing.width, "Width of the pictures, pixels")
+  pictures
+      ->add_option("--width", drawing.width,
+                   "Width of the pictures, pixels (with --colour at least 240)")
       ->check(CLI::Range(1, 8192))
       ->capture_default_str();
-  pictures->add_option("--height", drawing.height, "Height of the pictures, pixels")
+  pictures
+      ->add_option("--height", drawing.height,
+                   "Height of the pictures, pixels (with --colour at least 180)")
       ->check(CLI::Range(1, 8192))
       ->capture_default_str();
   pictures

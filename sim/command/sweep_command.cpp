@@ -110,7 +110,8 @@ void print_failures(const SweepPlan& plan, const std::vector<RunRecord>& records
     if (!has_failed(records[i])) continue;
     const RunResult& result = records[i].result;
     std::cout << "failed  " << printable(run_line(i, plan)) << "\n  "
-              << failure_name(result.failure) << ": " << printable(result.reason) << '\n';
+              << failure_name(result.failure) << ": " << printable(in_one_line(result.reason))
+              << '\n';
   }
 }
 
@@ -133,7 +134,8 @@ int list_runs(const SweepCommand& command, const SweepPlan& plan) {
   }
   for (std::size_t i = 0; i < records.size(); ++i) {
     std::cout << printable(run_line(i, plan)) << "  " << state_name(records[i].state);
-    if (has_failed(records[i])) std::cout << ": " << printable(records[i].result.reason);
+    if (has_failed(records[i]))
+      std::cout << ": " << printable(in_one_line(records[i].result.reason));
     std::cout << '\n';
   }
   print_counts(plan, records);

@@ -20,19 +20,20 @@ Vec3 SurfaceContact::from_anchor(const Anchor& anchor, std::span<const Vec3> pos
   return vector;
 }
 
-// Returns how fast (m/s) the vector from an anchor to its sample grows by particles that have
-// velocities of their own. Obstacles and pins have none.
-Vec3 SurfaceContact::lead_from_anchor(const Anchor& anchor, std::span<const Vec3> velocity) const {
-  const auto own = [&](int case_body, int own_point) -> Vec3 {
-    const SceneBody& body = scene_.bodies[scene_.case_order[case_body]];
-    const int point = body.first_point + own_point;
-    const bool is_free = is_dynamic(point) && scene_.pinned[scene_.main_particle(point)] == 0;
-    return is_free ? velocity[point] : Vec3::Zero();
+SurfaceContact::AnchorRates SurfaceContact::rates_of(const Anchor& anchor,
+                                                     std::span<const Vec3> velocity) const {
+  AnchorRates rates;
+  const auto add = [&](int case_body, int own_point, double weight) {
+    const int point = scene_.bodies[scene_.case_order[case_body]].first_point + own_point;
+    if (!is_dynamic(point)) {
+      rates.obstacles += weight * velocity[point];
+    } else if (scene_.pinned[scene_.main_particle(point)] == 0) {
+      rates.free += weight * velocity[point];
+    }
   };
-  Vec3 rate = own(anchor.key.body, anchor.key.point);
-  for (int k = 0; k < 3; ++k)
-    rate -= anchor.weights[k] * own(anchor.key.surface, anchor.corners[k]);
-  return rate;
+  add(anchor.key.body, anchor.key.point, 1);
+  for (int k = 0; k < 3; ++k) add(anchor.key.surface, anchor.corners[k], -anchor.weights[k]);
+  return rates;
 }
 
 // Computes the positions of the corners of all anchors on obstacles that are given by their poses.

@@ -41,7 +41,7 @@ double secant_of(const Vec3& normal, const Sliding& sliding) {
 // step, whatever is left of the sliding at its end, and throw light vertices back. With the secant,
 // friction at most ends the sliding.
 //
-// The same holds for the stiffness of an anchor.
+// An anchor takes the secant for its stiffness, too.
 void use_secant(const Vec3& normal, double hold_rate, Sliding& sliding) {
   if (sliding.force.isZero(0)) return;
   sliding.slope = secant_of(normal, sliding) * (Mat3::Identity() - normal * normal.transpose());
@@ -365,10 +365,13 @@ void SurfaceContact::measure_sample(const PairGroup& group, std::size_t first,
       has_anchors() ? find_anchor(anchors_->selected(),
                                   anchor_key(vertex, group.body_of_first(), group.surface))
                     : nullptr;
-  const Vec3 lead = anchor != nullptr && iterate_ == 0 && lead_ > 0
-                        ? lead_ * lead_from_anchor(*anchor, velocity)
-                        : Vec3(Vec3::Zero());
-  const Vec3 offset = anchor == nullptr ? lead : from_anchor(*anchor, position) + lead;
+  Vec3 offset = Vec3::Zero(), lead = Vec3::Zero();
+  if (anchor != nullptr) offset = from_anchor(*anchor, position);
+  if (anchor != nullptr && step_ahead() > 0) {
+    const AnchorRates rates = rates_of(*anchor, velocity);
+    lead = step_ahead() * rates.free;
+    offset += lead + step_ahead() * rates.obstacles;
+  }
   PairLaw of{.law = law_of(group, group.nodes[first + in_reach[0].pair]),
              .of_spheres = group.of_spheres ? &group : nullptr,
              .surface = group.surface,
@@ -399,6 +402,17 @@ void SurfaceContact::measure_pair(const PairGroup& group, std::size_t number,
   add_pair(of, pair, closest, position, velocity, found);
 }
 
+// Returns by how much (m) the obstacle of a pair changes its distance in the step ahead.
+double SurfaceContact::change_by_obstacle(const std::array<int, 4>& nodes,
+                                          const bsi::Closest& closest,
+                                          std::span<const Vec3> velocity) const {
+  Vec3 rate = Vec3::Zero();
+  for (int i = 0; i < 4; ++i) {
+    if (!is_dynamic(nodes[i])) rate += closest.weight[i] * velocity[nodes[i]];
+  }
+  return step_ahead() * closest.separation.normalized().dot(rate);
+}
+
 void SurfaceContact::add_pair(const PairLaw& of, const Pair& features, const bsi::Closest& closest,
                               std::span<const Vec3> position, std::span<const Vec3> velocity,
                               Found& found) const {
@@ -415,6 +429,8 @@ void SurfaceContact::add_pair(const PairLaw& of, const Pair& features, const bsi
   const double barrier_push =
       apply_push(law, features.thickness, of.mollifier, closest, velocity, pair);
   if (definite_) make_definite(pair);
+  if (step_ahead() > 0)
+    pair.push -= pair.stiffness * change_by_obstacle(pair.nodes, closest, velocity);
   if (law.friction > 0) {
     const bsi::FourPoints points{position[pair.nodes[0]], position[pair.nodes[1]],
                                  position[pair.nodes[2]], position[pair.nodes[3]]};

@@ -124,13 +124,16 @@ class SurfaceContact {
   // given number of corrections and keep_matrix_definite(), all friction has the slope of its
   // secant at the first three iterates (docs/decisions/0096).
   //
-  // At the first iterate of such a step, obstacles and pins are at its end already, and particles
-  // still at its start. `step` (s) is the step's length: anchors compare where the particles will
-  // be if they keep their velocities.
+  // At the first iterate of such a step, particles are at its start. `step` is its length (s), or
+  // 0. If it is given, obstacles must be at its start, too, with their mean velocities in the step.
+  // Barriers then push as their stiffness says for the places that obstacles will reach, and
+  // anchors as for those that obstacles and free particles will reach with their velocities.
   void begin_newton(double step = 0) {
     iterate_ = 0;
-    lead_ = step;
+    newton_step_ = step;
   }
+  // Returns the `step` of begin_newton() if the next evaluation is at the first iterate, else 0.
+  double step_ahead() const { return iterate_ == 0 ? newton_step_ : 0; }
   // Holds samples, in later evaluations, to the anchors that the history selects, and lets go of
   // them by contact.sticking_distance. Without this call, contacts that stick creep.
   void use_anchors(const AnchorHistory& anchors) { anchors_ = &anchors; }
@@ -268,7 +271,14 @@ class SurfaceContact {
   std::optional<Vec3> obstacle_spin(const std::array<int, 4>& nodes) const;
   AnchorKey anchor_key(int point, int body, int surface) const;
   Vec3 from_anchor(const Anchor& anchor, std::span<const Vec3> position) const;
-  Vec3 lead_from_anchor(const Anchor& anchor, std::span<const Vec3> velocity) const;
+  // How fast (m/s) the vector from an anchor to its sample grows.
+  struct AnchorRates {
+    Vec3 free{0, 0, 0};       // by free particles
+    Vec3 obstacles{0, 0, 0};  // by obstacles
+  };
+  AnchorRates rates_of(const Anchor& anchor, std::span<const Vec3> velocity) const;
+  double change_by_obstacle(const std::array<int, 4>& nodes, const bsi::Closest& closest,
+                            std::span<const Vec3> velocity) const;
   void place_anchors(const PlacedPoints& now);
   void describe(const CandidateList& list, int kind, PairGroup& group) const;
   void select(const CandidateList& list, std::span<const FeaturePair> pairs, float limit,
@@ -333,7 +343,7 @@ class SurfaceContact {
   // Number of evaluations since begin_newton(), which is that of the next iterate. Negative without
   // begin_newton().
   int iterate_ = -1;
-  double lead_ = 0;  // s, see begin_newton()
+  double newton_step_ = 0;  // s, see begin_newton()
   // Velocities of dynamic points (m/s) at the last iterate. Empty without begin_newton().
   std::vector<Vec3> last_velocity_;
   std::vector<Vec3> rest_;                   // rest positions of all points, m

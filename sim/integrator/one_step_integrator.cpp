@@ -126,9 +126,11 @@ std::optional<Failure> OneStepIntegrator::step() {
 }
 
 Failure OneStepIntegrator::final_failure(Trouble trouble) const {
-  const bool finds_equilibria = traits_of(scene_.source.time.method).finds_equilibria();
+  // Explicit steps are unstable beyond a frequency, and equilibria press surfaces by right.
+  const bool is_other =
+      trouble == Trouble::unstable || traits_of(scene_.source.time.method).finds_equilibria();
   const std::optional<ContactFault> pressed =
-      finds_equilibria ? std::nullopt : pressed_surfaces(dynamics_, time(), state());
+      is_other ? std::nullopt : pressed_surfaces(dynamics_, time(), state());
   return shortest_step_failure(trouble_with(pressed, trouble),
                                {.time = time(),
                                 .fault = pressed ? pressed : fault_,

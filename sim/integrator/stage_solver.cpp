@@ -12,6 +12,7 @@
 #include "sim/integrator/newton_solver.h"
 #include "sim/integrator/sundials_access.h"
 #include "sim/integrator/vector_operations.h"
+#include "sim/motion/external_work.h"
 #include "sim/motion/tolerances.h"
 #include "sim/scene/sliding_supports.h"
 #include "sim/solver/velocity_system.h"
@@ -32,9 +33,10 @@ constexpr double linear_error_by_number = 0.1, longest_gamma = 1.0 / 60;
 
 // Largest residual velocity of a particle after a given number of corrections, as a fraction of the
 // fastest velocity. The velocity tolerance is added to it. A larger residual requires further
-// corrections. The limit applies only with contact and prescribed motion. Fractions from 0.05 to
-// 0.2 do not change which runs of the suite `moving` reach their end.
+// corrections, up to `most_driven_corrections`. Both apply only with contact and prescribed motion
+// (docs/decisions/0107).
 constexpr double largest_driven_residual = 0.1;
+constexpr int most_driven_corrections = 2;
 
 // Limit of convergence: the iteration ends once no weighted component of the last correction, or of
 // the residual, exceeds it.
@@ -53,9 +55,10 @@ constexpr int largest_newton_count = 20;
 constexpr int most_whole_corrections = 12;
 
 // With contact, a step by a given number of corrections is too long if the largest stretch grows by
-// more than `largest_stretch_growth`, or if motion and strain gain more energy than contact, wind
-// and loads give and `largest_gain` of the kinetic energy. Corrections move particles on straight
-// lines: an edge that turns by the angle a in a step is stretched by a^2 / 2 (docs/decisions/0080).
+// more than `largest_stretch_growth`, or if motion and strain gain more energy than contact, wind,
+// loads and motions give and `largest_gain` of the kinetic energy. Corrections move particles on
+// straight lines: an edge that turns by the angle a in a step is stretched by a^2 / 2
+// (docs/decisions/0080).
 constexpr double largest_stretch_growth = 0.05;
 constexpr double largest_gain = 0.005;
 
@@ -105,11 +108,10 @@ struct StageSolver::Implementation {
   Outcome iterate(int strategy, int most_iterations);
   bool is_driven() const;
   bool leaves_small_residual(std::span<const double> residual);
-  bool is_in_reach(int body) const;
-  bool is_worked_on() const;
   bool can_compare_energies() const;
+  double held_energy() const;
   double work_of_wind_and_loads(std::span<const double> y);
-  bool is_too_long(const Energies& before, std::span<const double> y);
+  bool is_too_long(std::span<const double> y);
   void add_stop_forces(std::span<const double> y);
   Outcome correct(std::span<double> y);
   bool add_stops(std::span<const double> y, int* added);
@@ -133,8 +135,13 @@ struct StageSolver::Implementation {
   std::span<const double> right_side;
   const std::vector<Vec3>* start = nullptr;
   bool definite = false, shortened = false;
-  bool has_work = false;  // true if is_worked_on() holds at a correction of the present step
-  double kept_part = 1;   // fraction of the present correction that limit() kept
+  // Energies (J) at the start of a step by a given number of corrections with contact, those of
+  // held particles, and the work of the step. `driven_work` is empty unless a motion moves
+  // particles.
+  Energies before;
+  double held_before = 0;
+  std::optional<ExternalWork> driven_work;
+  double kept_part = 1;  // fraction of the present correction that limit() kept
   // Views of the state of the last assembly, and of the last residual.
   std::span<const double> linearised_at, last_residual;
   std::vector<double> trial;
@@ -327,11 +334,11 @@ StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most
   return is_good_guess && shortened ? Outcome::solved : outcome(flag);
 }
 
-// Returns true if a prescribed motion has moved particles since t = 0.
+// Returns true if a prescribed motion moves particles in the present step.
 bool StageSolver::Implementation::is_driven() const {
   bool is_driven = false;
   const auto add = [&](const RigidMotion& motion, double radius) {
-    is_driven = is_driven || motion.bounds(0, time, radius).travel > 0;
+    is_driven = is_driven || motion.bounds(start_time, time, radius).travel > 0;
   };
   for (const PrescribedMotion& held : scene.prescribed)
     if (held.moves) add(held.motion, held.radius);
@@ -352,28 +359,15 @@ bool StageSolver::Implementation::leaves_small_residual(std::span<const double> 
          velocity_tolerance(scene.source.time) + largest_driven_residual * std::sqrt(fastest);
 }
 
-// True if a pair of contact, or a stop, connects the obstacle to a dynamic body.
-bool StageSolver::Implementation::is_in_reach(int body) const {
-  return std::ranges::any_of(dynamics.contact()->pairs(), [&](const ContactPair& pair) {
-    return scene.body_index_of_point(std::max(pair.nodes[0], pair.nodes[3])) == body;
-  });
-}
-
-// True if a motion can do work in the present step: it moves pins, or an obstacle in reach of a
-// dynamic body. Precondition: contact is on.
-bool StageSolver::Implementation::is_worked_on() const {
-  return std::ranges::any_of(scene.prescribed, [&](const PrescribedMotion& held) {
-    if (!held.moves || held.particles.empty()) return false;
-    if (held.motion.bounds(start_time, time, held.radius).travel == 0) return false;
-    const int particle = held.particles.front();
-    return particle < scene.dynamic_particles ||
-           is_in_reach(scene.body_index_of_particle(particle));
-  });
-}
-
-// True if no prescribed motion does work, and nothing that varies changes the sum of the energies.
+// True if nothing that varies changes the sum of the energies, but what `driven_work` counts.
 bool StageSolver::Implementation::can_compare_energies() const {
-  return !has_work && !is_worked_on() && !dynamics.varies() && !dynamics.has_moving_points();
+  return !dynamics.varies() && (driven_work || !dynamics.has_moving_points());
+}
+
+// Returns the energies (J) of particles with prescribed motion, which pins supply and absorb.
+double StageSolver::Implementation::held_energy() const {
+  return driven_work ? driven_work->held_kinetic_energy() + driven_work->held_gravitational_energy()
+                     : 0;
 }
 
 // Returns the work (J) of wind and loads in a step that ends at `y`: of their power at its end,
@@ -384,18 +378,26 @@ double StageSolver::Implementation::work_of_wind_and_loads(std::span<const doubl
   return gamma * std::max(dynamics.external_power(time, y), 0.0);
 }
 
-// True if the step to `y` stretches edges too much or gains energy. `before` are the energies at
-// the start of the step. Precondition: the last evaluation of the forces was at `y`.
-bool StageSolver::Implementation::is_too_long(const Energies& before, std::span<const double> y) {
+// True if the step to `y` stretches edges too much or gains energy. Precondition: the last
+// evaluation of the forces was at `y`.
+bool StageSolver::Implementation::is_too_long(std::span<const double> y) {
   if (!(gamma > shortest_judged * scene.source.time.step.value_or(INFINITY))) return false;
   dynamics.expand(time, y, position, velocity);
   if (dynamics.largest_stretch(position) >
       std::max(dynamics.largest_stretch(*start), 0.0) + largest_stretch_growth)
     return true;
   if (!can_compare_energies()) return false;
+  double work = 0;
+  if (driven_work) {
+    driven_work->add_step(time, y);
+    work = driven_work->work() + driven_work->doubt();
+  } else {
+    work = work_of_wind_and_loads(y);
+  }
   const Energies after = dynamics.energies_at_last_rate(time, y);
-  const double gain = (after.total() - after.contact) - (before.total() - before.contact);
-  const double given = std::max(before.contact - after.contact, 0.0) + work_of_wind_and_loads(y);
+  const double gain = (after.total() - after.contact - held_energy()) -
+                      (before.total() - before.contact - held_before);
+  const double given = std::max(before.contact - after.contact, 0.0) + work;
   const double total_mass =
       std::accumulate(scene.mass.begin(), scene.mass.begin() + scene.dynamic_particles, 0.0);
   const double error = std::sqrt(1.5 * total_mass) * velocity_tolerance(scene.source.time);
@@ -466,38 +468,39 @@ StageSolver::Outcome StageSolver::Implementation::correct(std::span<double> y) {
   return Outcome::solved;
 }
 
-// Applies the given number of corrections to `y`. With contact and prescribed motion, further
-// corrections follow until the residual is small. A single correction moves cloth only partly out
-// of the barrier of an obstacle that has moved by its full step. The gap would then shrink with
-// every step until it vanishes.
+// Applies the given number of corrections to `y`. With contact and prescribed motion, up to
+// `most_driven_corrections` follow until the residual is small: what a pin pulls turns and
+// stretches by more in a step than what moves by itself.
 StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<double> y) {
   error_weights(scene, y, weight);
   const bool has_contact = dynamics.contact() != nullptr;
+  driven_work.reset();
+  if (has_contact && is_driven()) {
+    driven_work.emplace(dynamics, right_side, start_time);
+    before = dynamics.energies(start_time, right_side);
+  }
+  held_before = held_energy();
   if (has_contact) {
     dynamics.contact()->clear_stops();
     dynamics.contact()->begin_newton(gamma);
   }
-  const bool is_judged = has_contact && is_driven();
-  has_work = false;
-  Energies before;
+  const int most = newton_count + (driven_work ? most_driven_corrections : 0);
   for (int corrections = 0;; ++corrections) {
     const bool is_enough = corrections >= newton_count;
     // With contact, the forces after the last correction are evaluated, too. They reveal surfaces
     // that this correction moved into each other.
     if (is_enough && !has_contact && all_finite(y)) return Outcome::solved;
     if (residual(y, right) != 0) return Outcome::blocked;
-    if (has_contact && corrections == 0) before = dynamics.energies_at_last_rate(time, y);
+    if (has_contact && !driven_work && corrections == 0)
+      before = dynamics.energies_at_last_rate(time, y);
     if (is_enough) {
       free_residual = right;
-      if (is_judged) add_stop_forces(y);
-      if (!is_judged || leaves_small_residual(right))
-        return is_too_long(before, y) ? Outcome::not_converged : Outcome::solved;
+      if (corrections < most) add_stop_forces(y);
+      if (corrections >= most || leaves_small_residual(right))
+        return is_too_long(y) ? Outcome::not_converged : Outcome::solved;
       right = free_residual;
     }
-    if (corrections == newton_count + most_whole_corrections) return Outcome::not_converged;
     if (const Outcome outcome = correct(y); outcome != Outcome::solved) return outcome;
-    // The pairs are those before the correction, with its stops.
-    has_work = has_work || (has_contact && is_worked_on());
   }
 }
 

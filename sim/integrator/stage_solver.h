@@ -32,8 +32,8 @@ class StageSolver {
   // semi-definite matrices, without line search, convergence test or halving. With contact, an
   // iteration is solved again, up to twelve times in all, while surfaces would meet
   // (Contact::add_stops()). A step that stretches edges by 0.05 or gains energy counts as not
-  // converged, unless it is at most 1/16 of time.step. With prescribed
-  // motion too, up to 12 more iterations follow until the residual velocities are small.
+  // converged, unless it is at most 1/16 of time.step. With prescribed motion too, up to two more
+  // iterations follow until the residual velocities are small.
   StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count);
   ~StageSolver();
   StageSolver(const StageSolver&) = delete;

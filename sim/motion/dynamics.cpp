@@ -350,8 +350,21 @@ PlacedParticles Dynamics::placed(double time, std::span<const Vec3> position,
 }
 
 // Evaluates contact at position_ and velocity_. Precondition: expand() has set both for `time`.
+// Where contact looks ahead, obstacles are where they were at the start of the step
+// (SurfaceContact::begin_newton()).
 std::optional<ContactFault> Dynamics::evaluate_contact(double time) {
   contact_->obstacles().find_poses(time, is_before_jump(time), poses_);
+  if (const double ahead = contact_->step_ahead(); ahead > 0) {
+    time -= ahead;
+    std::vector<RigidPose> starts;
+    contact_->obstacles().find_poses(time, false, starts);
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      const Eigen::AngleAxisd turn(poses_[i].rotation * starts[i].rotation.transpose());
+      starts[i].velocity = (poses_[i].translation - starts[i].translation) / ahead;
+      starts[i].angular_velocity = turn.angle() / ahead * turn.axis();
+    }
+    poses_.swap(starts);
+  }
   for (RigidPose& pose : poses_) {
     if (load_) pose.velocity = pose.angular_velocity = Vec3::Zero();
   }

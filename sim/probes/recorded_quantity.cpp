@@ -205,7 +205,7 @@ class CallReader {
     std::vector<std::string> names;
     for (const TrajectoryField& field : of.fields) names.push_back(field.name);
     fail(argument.begin, "body " + in_quotes(of.name) + " has no field " + in_quotes(argument.text),
-         names.empty() ? "expected a field that output.channels records; it records none"
+         names.empty() ? "expected a field that output.channels records; it has none"
                        : name_hint(argument.text, names));
   }
 
@@ -217,7 +217,7 @@ class CallReader {
     std::vector<std::string> paths;
     for (const TrajectoryRecord& record : records) paths.push_back(record.path);
     fail(argument.begin, "there is no record " + in_quotes(argument.text),
-         paths.empty() ? "expected a record that output.channels asks for; it asks for none"
+         paths.empty() ? "expected a record that output.channels asks for; the file has none"
                        : name_hint(argument.text, paths));
   }
 

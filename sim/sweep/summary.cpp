@@ -159,15 +159,6 @@ class SummaryFile {
   Handle file_;
 };
 
-// Returns a text of several lines, the later ones indented, as one line.
-std::string in_one_line(std::string text) {
-  for (auto at = text.find('\n'); at != std::string::npos; at = text.find('\n', at)) {
-    const auto next = std::min(text.find_first_not_of(" \n", at), text.size());
-    text.replace(at, next - at, next < text.size() ? " | " : "");
-  }
-  return text;
-}
-
 }  // namespace
 
 std::string summary_csv(const Summary& summary) {

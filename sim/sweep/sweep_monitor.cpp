@@ -100,7 +100,7 @@ void SweepMonitor::ended(std::size_t index, const RunResult& result) {
   seconds_here_ += result.wall_seconds;
   print(index, std::string(state_name(state)) + " in " +
                    rounded_text(std::round(result.wall_seconds * 100) / 100) + " s" +
-                   (result.reason.empty() ? "" : ": " + result.reason));
+                   (result.reason.empty() ? "" : ": " + in_one_line(result.reason)));
   is_summary_old_ = true;
   refresh_summary();
 }

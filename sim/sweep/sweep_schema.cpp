@@ -112,7 +112,7 @@ Table describe(SweepCase& target) {
       field("limits", table(&limits), "Limits of each run."),
       field("estimate_error", &estimate_error,
             "Measure the error of each run by a second, more exact one, as weft run "
-            "--estimate-error does: \"max(error_estimate_BODY)\" is then an output."),
+            "--estimate-error does: [outputs] may then use \"max(error_estimate_BODY)\"."),
       field("run", tables(&run), "Runs of sample.method = \"list\", one by one."),
       field("outputs", &outputs,
             "Numbers of each run for the summary: expressions over what it records, such as "

@@ -52,13 +52,15 @@ std::vector<std::string> lines_of(const std::string& text, std::size_t most) {
   return lines;
 }
 
-// Returns the number as text, with enough digits to distinguish it from value + step, but with at
-// most 9 digits.
+// Returns the number as text, with enough digits to distinguish it from value + step, and for those
+// before its point up to six, but with at most 9 digits.
 std::string label_of(double value, double step) {
   // Infinite if the step is too small or too large for the quotient.
   const double digits = value == 0 ? 1 : std::ceil(std::log10(std::abs(value) / step)) + 1;
+  const double before_point = std::floor(std::log10(std::max(std::abs(value), 1.0))) + 1;
+  const double least = before_point <= 6 ? std::max(before_point, 2.0) : 2.0;
   std::ostringstream text;
-  text.precision(static_cast<int>(std::clamp(digits, 2.0, 9.0)));
+  text.precision(static_cast<int>(std::clamp(digits, least, 9.0)));
   text << value;
   return text.str();
 }

@@ -1,5 +1,7 @@
 // Linearly implicit steps of any length keep surfaces apart and gain no energy.
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <string>
 
 #include "sim/motion/external_work.h"
@@ -260,6 +262,78 @@ shape = { type = "plane", size = [4, 4] }
     EXPECT_EQ(preview.counts.convergence_failures, 0) << step;
     EXPECT_EQ(preview.counts.steps, std::lround(0.006 / step)) << step;
     EXPECT_LE(preview.gained, 1e-9 * preview.most) << step;
+  }
+}
+
+// A hanging sheet that a ball pushes takes hardly more than one correction a step. A correction
+// that knew only the end of the ball's way would have to be repeated, and most steps halved.
+TEST(Preview, IsPushedByAnObstacle) {
+  const std::string scene = cloth + R"(
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [1, 1], resolution = [9, 9] }
+rotation_deg = [90, 0, 0]
+pin = [{ corners = ["last_first", "last_last"] }]
+[[obstacle]]
+name = "ball"
+position = [0, -0.25, 0]
+shape = { type = "sphere", radius = 0.2, resolution = [17] }
+motion = { velocity = [0, 1, 0], stop_time = 0.15 }
+)";
+  for (const double step : {1.0 / 60, 1.0 / 240}) {
+    const Preview preview = run(scene, step, 0.2);
+    EXPECT_EQ(preview.crossings, 0) << step;
+    EXPECT_LE(preview.gained, 0.01 * preview.most) << step;
+    EXPECT_LT(preview.stretch, 0.25) << step;
+    EXPECT_LT(10 * preview.counts.newton_iterations, 11 * preview.counts.steps) << step;
+    EXPECT_LT(preview.counts.vetoed_steps + preview.counts.convergence_failures, 5) << step;
+  }
+}
+
+// A plate throws a sheet: it flies on from where the plate slows down by more than g.
+TEST(Preview, IsThrownByAPlate) {
+  const double way = 0.2, duration = 0.2;  // of the plate, m and s
+  const auto acceleration = [&](double part) {
+    return way / (duration * duration) * part * (60 - part * (180 - 120 * part));
+  };
+  double early = 0.5, late = 0.75;
+  for (int i = 0; i < 50; ++i) {
+    const double part = 0.5 * (early + late);
+    (acceleration(part) > -9.81 ? early : late) = part;
+  }
+  const double place = way * std::pow(early, 3) * (10 - early * (15 - 6 * early));
+  const double speed = way / duration * 30 * std::pow(early * (1 - early), 2);
+  for (const double step : {0.005, 1e-3}) {
+    SimulatedCase sim(cloth + R"(
+[[body]]
+name = "sheet"
+position = [0, 0, 0.00285]
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [5, 5] }
+[[obstacle]]
+name = "plate"
+shape = { type = "plane", size = [1, 1] }
+motion = { keyframes = [{ time = 0, translation = [0, 0, 0] },
+                        { time = 0.2, translation = [0, 0, 0.2] }] }
+)",
+                      method("euler", {"time.newton=1", key("step", step)}));
+    const double flight = speed / 9.81;
+    const std::vector<Vec3> position = sim.positions_at(early * duration + flight);
+    double height = 0;
+    for (int i = 0; i < sim.scene().dynamic_particles; ++i) height += position[i].z() / 25;
+    EXPECT_NEAR(height - 0.00285, place + 0.5 * speed * flight, 2e-3) << step;
+    const IntegratorCounts& counts = sim.integrator().counts();
+    EXPECT_LE(10 * counts.newton_iterations, 12 * counts.steps);
+  }
+}
+
+// Steps in which pins pull are cut where they gain more energy than the pins give.
+TEST(Preview, IsPulledThroughARingAndGainsNoEnergy) {
+  std::ifstream file(WEFT_CASES_DIR "/benchmarks/pulled_through_ring.toml");
+  const std::string scene(std::istreambuf_iterator<char>(file), {});
+  for (const double step : steps) {
+    const Preview preview = run(scene, step, 0.1);
+    EXPECT_EQ(preview.crossings, 0) << step;
+    EXPECT_LE(preview.gained, 0.1 * preview.most) << step;
   }
 }
 

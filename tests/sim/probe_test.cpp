@@ -214,7 +214,7 @@ TEST_F(ProbedTrajectory, SaysWhereAProbeIsWrong) {
        "case.toml:2:17: body \"sheet\" has no field \"strian\"\n  did you mean \"strain\"?"},
       {"last(largest('strain', 'floor'))",
        "case.toml:2:19: body \"floor\" has no field \"strain\"\n"
-       "  expected a field that output.channels records; it records none"},
+       "  expected a field that output.channels records; it has none"},
       {"last(record('reactions/sheet/pin_2/force').x)",
        "case.toml:2:18: there is no record \"reactions/sheet/pin_2/force\"\n"
        "  did you mean \"reactions/sheet/pin_1/force\"?"},

@@ -183,6 +183,9 @@ set = { title = "also good", "time.duration" = 0.02, "body.sheet.shape.resolutio
     EXPECT_TRUE(contains(printed, reasons[i])) << printed;
   }
   EXPECT_TRUE(contains(printed, "7 runs: 2 done, 5 failed")) << printed;
+  // The lines of a reason are joined by bars.
+  EXPECT_TRUE(contains(printed, " | expected")) << printed;
+  EXPECT_FALSE(contains(printed, "\\n")) << printed;
   const std::string table = read_bytes(path("out/summary.csv"));
   EXPECT_EQ(std::ranges::count(table, '\n'), 1 + 7) << table;
 

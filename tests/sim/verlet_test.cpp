@@ -208,5 +208,18 @@ TEST(Verlet, EndsWhereItsStepsWouldBeTooShort) {
   EXPECT_EQ(sim.integrator().time(), 0);
 }
 
+// Damping makes the steps too short here. That a floor is near has no part in it.
+TEST(Verlet, DoesNotBlameContactWhereItsStepsAreUnstable) {
+  SimulatedCase sim(
+      stretching_strip +
+          "[[obstacle]]\nname = \"floor\"\nposition = [0, 0, -1.5e-3]\n"
+          "shape = { type = \"plane\", size = [3, 3] }\n",
+      method("verlet", {"contact.enabled=true", "material.rubber.stiffness_damping=1e4"}));
+  const auto reason = sim.integrator().step();
+  ASSERT_TRUE(reason);
+  EXPECT_NE(reason->text.find("is stable at t = 0 s"), std::string::npos) << reason->text;
+  EXPECT_EQ(reason->text.find("floor"), std::string::npos) << reason->text;
+}
+
 }  // namespace
 }  // namespace weft::sim::verlet_test
