@@ -111,6 +111,7 @@ class Contact {
   void keep_matrix_definite() { surface_.keep_matrix_definite(); }
   // Call the functions of SurfaceContact with these names.
   void begin_newton(double step = 0) { surface_.begin_newton(step); }
+  void end_newton() { surface_.end_newton(); }
   double step_ahead() const { return surface_.step_ahead(); }
   void use_anchors(const AnchorHistory& anchors) { surface_.use_anchors(anchors); }
   void advance_anchors(Anchors& anchors) const { surface_.advance_anchors(anchors); }

@@ -15,13 +15,6 @@ namespace weft::sim {
 
 namespace {
 
-// Number of first iterates at which Newton iterations by a given number of corrections take
-// friction by its secant, wherever it slides. Without secants, matrices of twisted cloth are so
-// soft along the sliding velocities that solves take twice the iterations. With secants at all
-// iterates, cloth that is dragged between surfaces takes twice the corrections
-// (docs/decisions/0096).
-constexpr int iterates_with_secants = 3;
-
 // Returns the smallest index from `i` on at which a chunk of pairs may begin. For samples, all
 // pairs of a vertex belong to one chunk.
 std::size_t group_start(std::span<const bsi::FourParticles> nodes, bool samples, std::size_t i) {
@@ -118,7 +111,7 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
   }
   // The timed choice of `auto` must not change a bit of a trajectory, so that the device evaluates
   // only where the case asks for it. On the device, all points must be in place, sleeping bodies
-  // are not touched, and there are neither spheres nor anchors.
+  // are not touched, there are neither spheres nor anchors, and nothing looks ahead in a step.
   const bool is_possible = scene.source.compute.backend == ComputeBackend::gpu &&
                            search_.obstacles().all().empty() &&
                            !scene.source.contact.sticking_distance &&
@@ -463,8 +456,7 @@ void SurfaceContact::make_definite(ContactPair& pair) {
 }
 
 void SurfaceContact::make_definite(const ContactPair& pair, Sliding& sliding) const {
-  const bool is_early = iterate_ >= 0 && iterate_ < iterates_with_secants;
-  if (scene_.source.time.newton > 0 && is_early) use_secant(pair.normal, hold_rate_, sliding);
+  if (scene_.source.time.newton > 0 && iterate_ >= 0) use_secant(pair.normal, hold_rate_, sliding);
   if (pair.coefficient >= 0) return;
   sliding.slope.setZero();
   sliding.stiffness.setZero();

@@ -122,7 +122,7 @@ class SurfaceContact {
   // friction (Sliding) is then that of the secant from rest: a correction with the derivative,
   // which is zero in full friction, has leapt past rest, and the next one would leap back. With a
   // given number of corrections and keep_matrix_definite(), all friction has the slope of its
-  // secant at the first three iterates (docs/decisions/0096).
+  // secant at all iterates (docs/decisions/0096).
   //
   // At the first iterate of such a step, particles are at its start. `step` is its length (s), or
   // 0. If it is given, obstacles must be at its start, too, with their mean velocities in the step.
@@ -132,6 +132,8 @@ class SurfaceContact {
     iterate_ = 0;
     newton_step_ = step;
   }
+  // Ends the look ahead of begin_newton(), also if the first evaluation has failed.
+  void end_newton() { newton_step_ = 0; }
   // Returns the `step` of begin_newton() if the next evaluation is at the first iterate, else 0.
   double step_ahead() const { return iterate_ == 0 ? newton_step_ : 0; }
   // Holds samples, in later evaluations, to the anchors that the history selects, and lets go of

@@ -50,17 +50,17 @@ constexpr double scale_of_corrections = 1e-9;
 // stages of half the step.
 constexpr int largest_newton_count = 20;
 
-// Limit of full corrections, and of the corrections that follow a given number. After 12 of them,
-// convergence is unlikely.
+// Limit of full corrections. After 12 of them, convergence is unlikely.
 constexpr int most_whole_corrections = 12;
 
 // With contact, a step by a given number of corrections is too long if the largest stretch grows by
 // more than `largest_stretch_growth`, or if motion and strain gain more energy than contact, wind,
 // loads and motions give and `largest_gain` of the kinetic energy. Corrections move particles on
 // straight lines: an edge that turns by the angle a in a step is stretched by a^2 / 2
-// (docs/decisions/0080).
+// (docs/decisions/0080). What a motion turns does so in every step, and gains no more by it:
+// `largest_driven_gain` applies then.
 constexpr double largest_stretch_growth = 0.05;
-constexpr double largest_gain = 0.005;
+constexpr double largest_gain = 0.005, largest_driven_gain = 0.02;
 
 // Steps shorter than this part of time.step are never too long: such a run must go on.
 constexpr double shortest_judged = 1.0 / 16;
@@ -136,8 +136,8 @@ struct StageSolver::Implementation {
   const std::vector<Vec3>* start = nullptr;
   bool definite = false, shortened = false;
   // Energies (J) at the start of a step by a given number of corrections with contact, those of
-  // held particles, and the work of the step. `driven_work` is empty unless a motion moves
-  // particles.
+  // held particles, and the work of the step. `driven_work` is empty unless a motion has
+  // moved particles.
   Energies before;
   double held_before = 0;
   std::optional<ExternalWork> driven_work;
@@ -334,11 +334,12 @@ StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most
   return is_good_guess && shortened ? Outcome::solved : outcome(flag);
 }
 
-// Returns true if a prescribed motion moves particles in the present step.
+// Returns true if a prescribed motion has moved particles since t = 0. What it has set in motion
+// goes on sliding when it ends.
 bool StageSolver::Implementation::is_driven() const {
   bool is_driven = false;
   const auto add = [&](const RigidMotion& motion, double radius) {
-    is_driven = is_driven || motion.bounds(start_time, time, radius).travel > 0;
+    is_driven = is_driven || motion.bounds(0, time, radius).travel > 0;
   };
   for (const PrescribedMotion& held : scene.prescribed)
     if (held.moves) add(held.motion, held.radius);
@@ -401,7 +402,8 @@ bool StageSolver::Implementation::is_too_long(std::span<const double> y) {
   const double total_mass =
       std::accumulate(scene.mass.begin(), scene.mass.begin() + scene.dynamic_particles, 0.0);
   const double error = std::sqrt(1.5 * total_mass) * velocity_tolerance(scene.source.time);
-  return gain > given + largest_gain * after.kinetic + error * (error + std::sqrt(after.kinetic));
+  const double part = driven_work ? largest_driven_gain : largest_gain;
+  return gain > given + part * after.kinetic + error * (error + std::sqrt(after.kinetic));
 }
 
 // Applies the stops of contact, and subtracts their accelerations times gamma from the residual.
@@ -469,8 +471,8 @@ StageSolver::Outcome StageSolver::Implementation::correct(std::span<double> y) {
 }
 
 // Applies the given number of corrections to `y`. With contact and prescribed motion, up to
-// `most_driven_corrections` follow until the residual is small: what a pin pulls turns and
-// stretches by more in a step than what moves by itself.
+// `most_driven_corrections` follow while the residual is large: what a pin pulls turns and
+// stretches by more in a step than what moves by itself. After the last one, energy alone decides.
 StageSolver::Outcome StageSolver::Implementation::iterate_by_number(std::span<double> y) {
   error_weights(scene, y, weight);
   const bool has_contact = dynamics.contact() != nullptr;
@@ -530,7 +532,10 @@ StageSolver::Outcome StageSolver::solve(double t, double gamma, std::span<const 
     std::copy(a.begin(), a.end(), y.begin());
     if (self.dynamics.pins_move()) self.guess_pins(y);
     const Outcome outcome = self.iterate_by_number(y);
-    if (self.dynamics.contact() != nullptr) self.dynamics.contact()->clear_stops();
+    if (self.dynamics.contact() != nullptr) {
+      self.dynamics.contact()->clear_stops();
+      self.dynamics.contact()->end_newton();
+    }
     return outcome;
   }
   const std::span<double> u = values(self.u);

@@ -168,29 +168,24 @@ TEST(Contact, FrictionHasTheSlopeOfItsSecantWhereAnIterateTurnsBack) {
   EXPECT_EQ(product_at(contact, *scene, back, gamma), derivative);
 }
 
-// With a given number of corrections, the first three iterates have the secant wherever they slide,
-// as one that turns back has it at any iterate.
-TEST(Contact, FrictionHasTheSlopeOfItsSecantAtFirstIteratesOfGivenCorrections) {
+// With a given number of corrections, all iterates have the secant wherever they slide.
+TEST(Contact, FrictionHasTheSlopeOfItsSecantInGivenCorrections) {
   const auto scene =
       build_scene(parse_case(two_sheets(0.4, 0), "test.toml",
                              {"time.method=\"euler\"", "time.newton=1", "time.step=1e-3"}));
   Statistics statistics;
   Contact contact(*scene, statistics);
   contact.keep_matrix_definite();
-  RandomState state = random_state(*scene, 2), back = state;
+  RandomState state = random_state(*scene, 2);
   for (Vec3& v : state.velocity) v *= 1e4;
-  for (std::size_t i = 0; i < back.velocity.size(); ++i) back.velocity[i] = -state.velocity[i];
   const double gamma = 1e-9;
   const std::vector<Vec3> derivative = product_at(contact, *scene, state, gamma);
   for (int solve = 0; solve < 2; ++solve) {
     contact.begin_newton();
     const std::vector<Vec3> secant = product_at(contact, *scene, state, gamma);
     EXPECT_NE(secant, derivative);
-    for (int iterate = 1; iterate < 3; ++iterate)
+    for (int iterate = 1; iterate < 5; ++iterate)
       EXPECT_EQ(product_at(contact, *scene, state, gamma), secant);
-    EXPECT_EQ(product_at(contact, *scene, state, gamma), derivative);
-    product_at(contact, *scene, back, gamma);
-    EXPECT_EQ(product_at(contact, *scene, state, gamma), secant);
   }
 }
 
