@@ -176,10 +176,10 @@ std::vector<double> round_marks(const ColourScale& scale, int count) {
   constexpr double most_steps = 1e15;
   if (!(std::max(std::abs(scale.low), std::abs(scale.high)) < most_steps * step)) return {};
   std::vector<double> marks;
-  const double last = std::floor(scale.high / step);
-  for (double number = std::ceil(scale.low / step); number <= last; ++number) {
-    marks.push_back(std::clamp(number * step, scale.low, scale.high) + 0.0);  // -0 becomes 0
-  }
+  const auto first = static_cast<std::int64_t>(std::ceil(scale.low / step));
+  const auto last = static_cast<std::int64_t>(std::floor(scale.high / step));
+  for (std::int64_t number = first; number <= last; ++number)
+    marks.push_back(std::clamp(static_cast<double>(number) * step, scale.low, scale.high));
   return marks;
 }
 
