@@ -9,7 +9,6 @@
 #include "sim/case/case_text.h"
 #include "sim/contact/contact_stiffness.h"
 #include "sim/contact/surface_features.h"
-#include "sim/scene/sliding_supports.h"
 
 namespace weft::sim {
 

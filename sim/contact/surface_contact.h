@@ -273,10 +273,10 @@ class SurfaceContact {
   std::optional<Vec3> obstacle_spin(const std::array<int, 4>& nodes) const;
   AnchorKey anchor_key(int point, int body, int surface) const;
   Vec3 from_anchor(const Anchor& anchor, std::span<const Vec3> position) const;
-  // How fast (m/s) the vector from an anchor to its sample grows.
+  // Free particles and obstacles make the vector from an anchor to its sample grow at these rates
+  // (m/s).
   struct AnchorRates {
-    Vec3 free{0, 0, 0};       // by free particles
-    Vec3 obstacles{0, 0, 0};  // by obstacles
+    Vec3 free{0, 0, 0}, obstacles{0, 0, 0};
   };
   AnchorRates rates_of(const Anchor& anchor, std::span<const Vec3> velocity) const;
   double change_by_obstacle(const std::array<int, 4>& nodes, const bsi::Closest& closest,

@@ -127,10 +127,10 @@ std::optional<Failure> OneStepIntegrator::step() {
 
 Failure OneStepIntegrator::final_failure(Trouble trouble) const {
   // Explicit steps are unstable beyond a frequency, and equilibria press surfaces by right.
-  const bool is_other =
+  const bool has_other_cause =
       trouble == Trouble::unstable || traits_of(scene_.source.time.method).finds_equilibria();
   const std::optional<ContactFault> pressed =
-      is_other ? std::nullopt : pressed_surfaces(dynamics_, time(), state());
+      has_other_cause ? std::nullopt : pressed_surfaces(dynamics_, time(), state());
   return shortest_step_failure(trouble_with(pressed, trouble),
                                {.time = time(),
                                 .fault = pressed ? pressed : fault_,

@@ -57,8 +57,8 @@ constexpr int most_whole_corrections = 12;
 // more than `largest_stretch_growth`, or if motion and strain gain more energy than contact, wind,
 // loads and motions give and `largest_gain` of the kinetic energy. Corrections move particles on
 // straight lines: an edge that turns by the angle a in a step is stretched by a^2 / 2
-// (docs/decisions/0080). What a motion turns does so in every step, and gains no more by it:
-// `largest_driven_gain` applies then.
+// (docs/decisions/0080). Bodies that a motion turns are stretched so in every step, and gain no
+// more by it: `largest_driven_gain` applies then.
 constexpr double largest_stretch_growth = 0.05;
 constexpr double largest_gain = 0.005, largest_driven_gain = 0.02;
 
