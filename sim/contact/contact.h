@@ -191,6 +191,18 @@ class Contact {
     surface_.remove_added_pairs();
   }
   bool has_stops() const { return !stops_.empty(); }
+  // A step that is linearised about its start, and that has been solved.
+  struct LinearStep {
+    double gamma = 0;  // s
+    // How the dynamic particles have moved (m) since the last evaluate(), and by how much their
+    // velocities (m/s) have changed.
+    std::span<const Vec3> displacement, change;
+  };
+  // Makes the friction of the last evaluate() obey Coulomb's law at the end of a step
+  // (follow_step()), whose sliding velocities and pushes it has led to. Adds the change of the
+  // friction forces (N) at the start of the step to `force`, by dynamic particle. Returns about by
+  // how much (m/s) the change alters the fastest-altered sliding velocity at the end. O(pairs).
+  double correct_friction(const LinearStep& step, std::span<Vec3> force);
   // Sets *smallest_gap to the smallest gap (m) of the candidates at `position`, or to infinity if
   // there are no candidates. The candidates include all pairs within their range. Returns a fault
   // if a gap is not positive, if two neighbours touch, or if a position is not finite.
@@ -224,6 +236,9 @@ class Contact {
     double allowed =
         0;  // slope of the distance from which on the stop acts (m/s); usually negative
   };
+  double limit_ratio(const LinearStep& step, std::span<const ContactPair> terms) const;
+  double follow_step(const LinearStep& step, const ContactPair& pair, double limit_ratio,
+                     std::span<Vec3> force);
   int heaviest_point(const ContactPair& pair) const;
   double closing_rate(const ContactPair& pair, std::span<const Vec3> velocity) const;
   double stop_damping(const ContactPair& pair, double gamma, std::span<const Mat3> diagonal) const;

@@ -116,10 +116,14 @@ std::optional<Sliding> friction_of(const ContactLaw& law, double barrier_push,
   for (const SpinArm& spin : features.spins) {
     if (spin.point >= 0) u += spin.arm * pair.normal.cross(features.velocity[spin.point]);
   }
+  sliding.limit = {limit, limit, law.friction * pair.stiffness, 0};
+  if (law.settling_speed > 0) sliding.limit.per_rate = law.friction * pair.damping;
   if (features.from_anchor != nullptr) {
+    sliding.hold_rate = law.hold_rate;
     const Vec3& offset = *features.from_anchor;
     u += law.hold_rate * (offset - pair.normal.dot(offset) * pair.normal);
   }
+  sliding.velocity = u;
   const double speed = u.norm();
   const materials::FrictionFactor factor = materials::friction_factor(speed, law.friction_speed);
   sliding.force = -limit * factor.over_speed * u;
@@ -131,6 +135,26 @@ std::optional<Sliding> friction_of(const ContactLaw& law, double barrier_push,
   }
   if (features.from_anchor != nullptr) sliding.stiffness = law.hold_rate * sliding.slope;
   return sliding;
+}
+
+double follow_step(const SlidingEnd& end, const Vec3& normal, bool is_subtracted,
+                   double friction_speed, Sliding& sliding) {
+  const Vec3& u = end.velocity;
+  const double speed = u.norm();
+  const Vec3 before = sliding.force - sliding.slope * (u - sliding.velocity);
+  const double over_speed = materials::friction_factor(speed, friction_speed).over_speed;
+  const bool slides_on = std::abs(before.dot(u)) > std::abs(end.limit) * speed;
+  const double secant = end.limit * (slides_on ? 1 / speed : over_speed);
+  const Vec3 after = -secant * u;
+  sliding.slope.setZero();
+  if (!is_subtracted) {
+    sliding.slope = secant * (Mat3::Identity() - normal * normal.transpose());
+    if (slides_on) sliding.slope -= secant / (speed * speed) * u * u.transpose();
+  }
+  sliding.stiffness = sliding.hold_rate * sliding.slope;
+  sliding.force = after + sliding.slope * (u - sliding.velocity);
+  sliding.limit.now = end.limit;
+  return (after - before).norm();
 }
 
 }  // namespace weft::sim

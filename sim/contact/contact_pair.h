@@ -50,7 +50,19 @@ struct SpinArm {
 // For an anchored contact, ContactLaw::hold_rate times the displacement from the anchor is added to
 // u. The displacement depends on the positions as u does on the velocities, so that its stiffness
 // is the same rate times the derivative of the force.
+//
+// A correction by a given number assumes a force f(u) = force - slope (u - velocity), which need
+// not be that of Coulomb's law at the velocities and pushes that it leads to (follow_step()).
 struct Sliding {
+  // The largest friction, N: the Coulomb coefficient times the push.
+  struct Limit {
+    double now = 0;
+    double expected = 0;  // with obstacles, but no particles, at the end of the step ahead
+    double per_gap = 0, per_rate = 0;  // slopes: -d/dgap (N/m), -d/drate (N s/m)
+  };
+  Limit limit;
+  Vec3 velocity{0, 0, 0};  // u, m/s
+  double hold_rate = 0;    // ContactLaw::hold_rate if the contact is anchored, else 0
   std::array<Mat3, 4> lever;
   std::array<SpinArm, 2> spins;  // of the first and the second feature
   Vec3 force{0, 0, 0};           // force on the first feature, N
@@ -110,6 +122,19 @@ struct SlidingFeatures {
   std::array<SpinArm, 2> spins = {};
   const Vec3* from_anchor = nullptr;  // m, from the anchor to the first feature, if anchored
 };
+
+// The end of a linearised step.
+struct SlidingEnd {
+  Vec3 velocity;     // of sliding, m/s
+  double limit = 0;  // N
+};
+
+// Makes the friction f(u) of a pair obey Coulomb's law at the end of a linearised step. If f
+// exceeds the limit there, the features slide on: f is the limit against the sliding velocity, and
+// constant along it. Otherwise f is proportional to u, so that it at most ends the sliding. A term
+// that `is_subtracted` has no slope. Returns the change of f at that end, N.
+double follow_step(const SlidingEnd& end, const Vec3& normal, bool is_subtracted,
+                   double friction_speed, Sliding& sliding);
 
 // Returns the friction of a pair whose push is known. Returns nothing if there is no friction, or
 // if two dynamic features do not span a surface. `barrier_push` is the result of apply_push(). It

@@ -110,9 +110,10 @@ SurfaceContact::SurfaceContact(const Scene& scene, Statistics& statistics, Chose
   }
   // The timed choice of `auto` must not change a bit of a trajectory, so that the device evaluates
   // only where the case asks for it. On the device, all points must be in place, sleeping bodies
-  // are not touched, there are neither spheres nor anchors, and nothing looks ahead in a step.
+  // are not touched, there are neither spheres nor anchors, and nothing looks ahead in a step or
+  // changes friction in it.
   const bool is_possible = scene.source.compute.backend == ComputeBackend::gpu &&
-                           search_.obstacles().all().empty() &&
+                           search_.obstacles().all().empty() && scene.source.time.newton == 0 &&
                            !scene.source.contact.sticking_distance &&
                            std::ranges::none_of(scene.bodies, [](const SceneBody& body) {
                              return body.sleeps || body.spheres != nullptr;
@@ -421,8 +422,8 @@ void SurfaceContact::add_pair(const PairLaw& of, const Pair& features, const bsi
   const double barrier_push =
       apply_push(law, features.thickness, of.mollifier, closest, velocity, pair);
   if (definite_) make_definite(pair);
-  if (step_ahead() > 0)
-    pair.push -= pair.stiffness * change_by_obstacle(pair.nodes, closest, velocity);
+  const double change = step_ahead() > 0 ? change_by_obstacle(pair.nodes, closest, velocity) : 0;
+  pair.push -= pair.stiffness * change;
   if (law.friction > 0) {
     const bsi::FourPoints points{position[pair.nodes[0]], position[pair.nodes[1]],
                                  position[pair.nodes[2]], position[pair.nodes[3]]};
@@ -440,7 +441,9 @@ void SurfaceContact::add_pair(const PairLaw& of, const Pair& features, const bsi
     auto sliding = friction_of(law, barrier_push, sliding_features, pair);
     if (sliding) {
       if (definite_) make_definite(pair, *sliding);
+      sliding->limit.expected -= sliding->limit.per_gap * change;
       sliding->force += sliding->stiffness * of.lead;
+      sliding->velocity -= sliding->hold_rate * (of.lead - pair.normal.dot(of.lead) * pair.normal);
       pair.sliding = static_cast<int>(found.sliding.size());
       found.sliding.push_back(*sliding);
     }

@@ -102,6 +102,9 @@ class SurfaceContact {
   // after a fault. The argument of sliding() is ContactPair::sliding.
   std::span<const ContactPair> pairs() const { return pairs_; }
   const Sliding& sliding(int number) const { return sliding_[number]; }
+  // Gives access to the friction of a pair, to change it until the next evaluate().
+  Sliding& sliding(int number) { return sliding_[number]; }
+  double friction_speed() const { return friction_speed_; }
   bool has_sliding() const { return !sliding_.empty(); }
   std::span<const MollifierForce> mollified() const { return mollified_; }
   // Returns one mark per body. It is nonzero if the body sleeps and has come within range of a
@@ -164,7 +167,7 @@ class SurfaceContact {
                                                            const PlacedPoints& end,
                                                            const CurveStray& curve = {});
   // Appends to `meetings` the pairs for which check_path() would return a fault, and the pairs that
-  // would end with less than a twentieth of their range. Weights and normal of a meeting are those
+  // would end with less than a fifth of their range. Weights and normal of a meeting are those
   // shortly before the features meet. Its room leaves half the range, or most of a smaller gap at
   // the start. Returns a fault only if a position is not finite. Costs as much as check_path(), and
   // about 1 us for each meeting.

@@ -31,6 +31,10 @@ constexpr double linear_error = 3e-2;
 // proportional to gamma: errors of short steps add up, and their sum must decrease with the step.
 constexpr double linear_error_by_number = 0.1, longest_gamma = 1.0 / 60;
 
+// Error that friction may leave in a sliding velocity in a step of `longest_gamma`, as a fraction
+// of the velocity tolerance. It is proportional to gamma, too.
+constexpr double friction_error = 0.1;
+
 // Largest residual velocity of a particle after a given number of corrections, as a fraction of the
 // fastest velocity. The velocity tolerance is added to it. A larger residual requires further
 // corrections, up to `most_driven_corrections`. Both apply only with contact and prescribed motion
@@ -59,7 +63,7 @@ constexpr int most_whole_corrections = 12;
 // straight lines: an edge that turns by the angle a in a step is stretched by a^2 / 2
 // (docs/decisions/0080). Bodies that a motion turns are stretched so in every step, and gain no
 // more by it: `largest_driven_gain` applies then.
-constexpr double largest_stretch_growth = 0.05;
+constexpr double largest_stretch_growth = 0.03;
 constexpr double largest_gain = 0.005, largest_driven_gain = 0.02;
 
 // Steps shorter than this part of time.step are never too long: such a run must go on.
@@ -112,9 +116,11 @@ struct StageSolver::Implementation {
   double held_energy() const;
   double work_of_wind_and_loads(std::span<const double> y);
   bool is_too_long(std::span<const double> y);
+  void subtract_accelerations(std::span<double> from);
   void add_stop_forces(std::span<const double> y);
   Outcome correct(std::span<double> y);
   bool add_stops(std::span<const double> y, int* added);
+  bool correct_friction(std::span<const double> y);
   Outcome iterate_by_number(std::span<double> y);
 
   const Scene& scene;
@@ -147,7 +153,8 @@ struct StageSolver::Implementation {
   std::vector<double> trial;
   std::vector<double> free_residual;  // residual without the forces of stops
   std::vector<Mat3> diagonal;         // of the linear system, without stops
-  std::vector<Vec3> stop_force;
+  std::vector<Vec3> added_force;      // N, of stops, or by which friction changes
+  std::vector<Vec3> displacement, change;
   std::vector<Vec3> position, velocity;
   std::optional<ContactFault> fault;
 };
@@ -406,17 +413,22 @@ bool StageSolver::Implementation::is_too_long(std::span<const double> y) {
   return gain > given + part * after.kinetic + error * (error + std::sqrt(after.kinetic));
 }
 
+// Subtracts the accelerations by `added_force`, which it replaces, times gamma from a residual.
+void StageSolver::Implementation::subtract_accelerations(std::span<double> from) {
+  dynamics.mass().solve(added_force);
+  auto* const velocity_of = reinterpret_cast<Vec3*>(from.data()) + scene.dynamic_particles;
+  for (int i = 0; i < scene.dynamic_particles; ++i) {
+    if (scene.pinned[i] == 0) velocity_of[i] -= gamma * added_force[i];
+  }
+}
+
 // Applies the stops of contact, and subtracts their accelerations times gamma from the residual.
 void StageSolver::Implementation::add_stop_forces(std::span<const double> y) {
   Contact* const contact = dynamics.contact();
   if (contact == nullptr || !contact->has_stops()) return;
-  stop_force.assign(scene.dynamic_particles, Vec3::Zero());
-  contact->apply_stops(StateView::of(y).velocity, stop_force);
-  dynamics.mass().solve(stop_force);
-  auto* const residual_of = reinterpret_cast<Vec3*>(right.data()) + scene.dynamic_particles;
-  for (int i = 0; i < scene.dynamic_particles; ++i) {
-    if (scene.pinned[i] == 0) residual_of[i] -= gamma * stop_force[i];
-  }
+  added_force.assign(scene.dynamic_particles, Vec3::Zero());
+  contact->apply_stops(StateView::of(y).velocity, added_force);
+  subtract_accelerations(right);
 }
 
 // Makes stops for the surfaces that would meet on the way to `y`. Returns false if that fails.
@@ -428,8 +440,28 @@ bool StageSolver::Implementation::add_stops(std::span<const double> y, int* adde
   return !bad;
 }
 
+// Makes friction obey Coulomb's law at the solution of a correction to `y`, and subtracts the
+// change of its accelerations times gamma from the residual. Returns false if that changes hardly
+// any sliding velocity.
+bool StageSolver::Implementation::correct_friction(std::span<const double> y) {
+  const StateView from = StateView::of(y), to = StateView::of(solution);
+  displacement.resize(scene.dynamic_particles);
+  change.resize(scene.dynamic_particles);
+  for (int i = 0; i < scene.dynamic_particles; ++i) {
+    displacement[i] = to.position[i] - from.position[i];
+    change[i] = to.velocity[i] - from.velocity[i];
+  }
+  added_force.assign(scene.dynamic_particles, Vec3::Zero());
+  const double largest =
+      dynamics.contact()->correct_friction({gamma, displacement, change}, added_force);
+  const double allowed = friction_error * velocity_tolerance(scene.source.time) * gamma;
+  if (!(longest_gamma * largest > allowed)) return false;
+  subtract_accelerations(free_residual);
+  return true;
+}
+
 // Adds one correction to `y`, whose residual is in `right`. With contact, surfaces that would meet
-// on the way get stops, and the system is solved again.
+// on the way get stops, friction is corrected once, and the system is solved again.
 StageSolver::Outcome StageSolver::Implementation::correct(std::span<double> y) {
   ++newton_iterations;
   static_cast<void>(assemble(y));
@@ -442,6 +474,7 @@ StageSolver::Outcome StageSolver::Implementation::correct(std::span<double> y) {
     free_residual = right;
   }
   const int count = static_cast<int>(y.size());
+  bool has_friction = false;  // of the end of the step
   for (int solves = 1;; ++solves) {
     add_stop_forces(y);
     parallel_chunks(count, dynamics.threads(), [&](int first, int last) {
@@ -459,7 +492,10 @@ StageSolver::Outcome StageSolver::Implementation::correct(std::span<double> y) {
     });
     int added = 0;
     if (may_meet && solves < most_solves && !add_stops(solution, &added)) return Outcome::blocked;
-    if (added == 0) break;
+    if (added == 0) {
+      if (!may_meet || has_friction || !correct_friction(y)) break;
+      has_friction = true;
+    }
     std::copy(free_residual.begin(), free_residual.end(), right.begin());
     // Stops act locally, so that the solution without them is a good guess.
     parallel_chunks(count, dynamics.threads(), [&](int first, int last) {

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "materials/contact.h"
 #include "sim/contact/contact.h"
+#include "tests/sim/gap_under.h"
 #include "tests/sim/simulated_case.h"
 
 namespace weft::sim::friction_test {
@@ -24,16 +24,6 @@ std::string text_of(double number) {
 }
 std::string text_of(const Vec3& vector) {
   return '[' + text_of(vector.x()) + ", " + text_of(vector.y()) + ", " + text_of(vector.z()) + ']';
-}
-
-// Returns the gap (m) at which the barrier carries a pressure (Pa).
-double gap_under(double pressure, double range = 2e-3, double stiffness = 1e6) {
-  double low = 1e-9 * range, high = range;
-  for (int i = 0; i < 100; ++i) {
-    const double middle = 0.5 * (low + high);
-    (-materials::barrier(middle, range, stiffness).first > pressure ? low : high) = middle;
-  }
-  return low;
 }
 
 std::string sheet(const std::string& name, const Vec3& place, const Vec3& velocity,
