@@ -392,7 +392,8 @@ double position_tolerance_limit(const Case& target) {
 
 std::string long_step_notice(const TimeCase& time) {
   const double frame = 1 / time.frames_per_second;
-  if (!time.step || *time.step <= frame * rounding) return {};
+  constexpr double typed = 1 + 1e-4;  // of steps such as 0.0166667
+  if (!time.step || *time.step <= frame * typed) return {};
   return "time.step, " + number_text(*time.step) + " s, is longer than the time between frames, " +
          rounded_text(frame) + " s: frames within a step are interpolated";
 }

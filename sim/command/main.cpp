@@ -452,26 +452,31 @@ void add_bench(CLI::App& app, Arguments& arguments) {
   bench->callback([&arguments, bench] { arguments.code = run_bench(bench->remaining()); });
 }
 
+// Returns the innermost subcommand that was chosen, such as `estimate` of `weft sweep estimate`, or
+// the application itself.
+const CLI::App& chosen_command(const CLI::App& app) {
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  return chosen.empty() ? app : chosen_command(*chosen.front());
+}
+
 // Returns a message about the first argument that no command or option accepts, with a hint if
 // there is one, such as `did you mean "--force"?`. Returns an empty text if there is no such
 // argument.
 std::string hint_for_unknown(const CLI::App& app) {
   const std::vector<std::string> unknown = app.remaining(true);
   if (unknown.empty()) return "";
-  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  const CLI::App& command = chosen_command(app);
   std::vector<std::string> names;
   if (unknown[0].starts_with("-")) {
-    const CLI::App& command = chosen.empty() ? app : *chosen.front();
     for (const CLI::Option* option : command.get_options()) {
       for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
     }
-  } else if (chosen.empty()) {
-    for (const CLI::App* command : app.get_subcommands(nullptr))
-      names.push_back(command->get_name());
+  } else if (&command == &app) {
+    for (const CLI::App* each : app.get_subcommands(nullptr)) names.push_back(each->get_name());
   }
   const std::string name = unknown[0].substr(0, unknown[0].find('='));
   const bool is_override = name != unknown[0] && !name.starts_with("-");
-  if (is_override && !chosen.empty() && chosen.front()->get_option_no_throw("--set") != nullptr)
+  if (is_override && command.get_option_no_throw("--set") != nullptr)
     return in_quotes(unknown[0]) + " is unknown; did you mean \"--set " + unknown[0] +
            "\"? Each override has a --set of its own";
   return in_quotes(name) + " is unknown" + (names.empty() ? "" : "; " + name_hint(name, names));
@@ -484,15 +489,18 @@ int refuse_arguments(const CLI::App& app, const CLI::ParseError& error,
     return exit_code::bad_case;
   }
   const std::string hint = hint_for_unknown(app);
-  const std::vector<CLI::App*> chosen = app.get_subcommands();
   const std::string reason = hint.empty() ? error.what() : hint;
   complain("weft: " + reason);
   const auto is_json = [](const char* argument) { return std::string_view(argument) == "--json"; };
   if (std::ranges::any_of(arguments, is_json)) {
     std::cout << refusal_json(exit_code::bad_case, reason) << '\n';
   }
-  std::cerr << "See weft " << (chosen.empty() ? "" : chosen.front()->get_name() + " ")
-            << "--help\n";
+  std::string command = "weft ";
+  for (const CLI::App* each = &app; !each->get_subcommands().empty();) {
+    each = each->get_subcommands().front();
+    command += each->get_name() + ' ';
+  }
+  std::cerr << "See " << command << "--help\n";
   return exit_code::bad_case;
 }
 

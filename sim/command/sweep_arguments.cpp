@@ -133,7 +133,7 @@ void add_sweep(CLI::App& app, SweepCommand& command, int& code) {
   estimate->add_option("sweep", command.path, "TOML sweep file")->required();
   add_plan_options(*estimate, command);
   add_jobs(*estimate, command);
-  estimate->add_option("--pilots", command.pilots, "Runs to compute, evenly over the plan")
+  estimate->add_option("--pilots", command.pilots, "Runs to compute, from short to long ones")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   add_json(*estimate, command);

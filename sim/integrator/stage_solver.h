@@ -31,9 +31,10 @@ class StageSolver {
   // corrections and 20 with a line search. A given number of iterations starts at `a` and uses
   // semi-definite matrices, without line search, convergence test or halving. With contact, an
   // iteration is solved again, up to twelve times in all, while surfaces would meet
-  // (Contact::add_stops()). A step that stretches edges by 0.05 or gains energy counts as not
-  // converged, unless it is at most 1/16 of time.step. With prescribed motion too, up to two more
-  // iterations follow until the residual velocities are small.
+  // (Contact::add_stops()), and once more for friction (Contact::correct_friction()). A step that
+  // stretches edges by 0.03 or gains energy counts as not converged, unless it is at most 1/16 of
+  // time.step. With prescribed motion too, up to two more iterations follow until the residual
+  // velocities are small.
   StageSolver(const Scene& scene, Dynamics& dynamics, int newton_count);
   ~StageSolver();
   StageSolver(const StageSolver&) = delete;

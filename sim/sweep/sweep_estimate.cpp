@@ -1,6 +1,7 @@
 #include "sim/sweep/sweep_estimate.h"
 
 #include <algorithm>
+#include <cmath>
 #include <system_error>
 
 #include "sim/sweep/run_folder.h"
@@ -32,13 +33,28 @@ double size_of(const std::filesystem::path& folder) {
   return bytes;
 }
 
-// Returns the indices of runs that can run.
+// Returns the indices of runs that can run, from the least work to the most.
 std::vector<std::size_t> runnable(const SweepPlan& plan) {
   std::vector<std::size_t> indices;
   for (std::size_t i = 0; i < plan.runs.size(); ++i) {
     if (plan.runs[i].refusal.empty()) indices.push_back(i);
   }
+  std::ranges::stable_sort(indices, {}, [&](std::size_t i) { return plan.runs[i].work; });
   return indices;
+}
+
+// Returns `count` of the runs, one out of each of `count` equal parts. Its place in the part is a
+// multiple of the golden ratio: at the same place, the period of a factor of a grid could be that
+// of the parts, and all pilots would have one of its values.
+std::vector<std::size_t> pilots_of(const std::vector<std::size_t>& runs, std::size_t count) {
+  constexpr double golden_ratio = 0.61803398874989485;
+  std::vector<std::size_t> pilots;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double part = static_cast<double>(i), turn = 0.5 + golden_ratio * part;
+    const double place = (part + turn - std::floor(turn)) / static_cast<double>(count);
+    pilots.push_back(runs[static_cast<std::size_t>(place * static_cast<double>(runs.size()))]);
+  }
+  return pilots;
 }
 
 }  // namespace
@@ -48,9 +64,7 @@ SweepEstimate estimate_sweep(const std::filesystem::path& directory, const Sweep
   const std::vector<std::size_t> all = runnable(plan);
   SweepEstimate estimate;
   estimate.runs = all.size();
-  count = std::min(count, all.size());
-  for (std::size_t i = 0; i < count; ++i)
-    estimate.pilots.push_back(all[(2 * i + 1) * all.size() / (2 * count)]);
+  estimate.pilots = pilots_of(all, std::min(count, all.size()));
   options.runs.clear();
   for (const std::size_t index : estimate.pilots) options.runs.push_back({index});
   SilentObserver observer;

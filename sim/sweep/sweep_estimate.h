@@ -28,7 +28,7 @@ struct SweepEstimate {
   double wall(int processes) const { return mean_wall * static_cast<double>(runs) / processes; }
 };
 
-// Computes `count` runs of the plan that lie evenly among those that can run, unless they have
+// Computes `count` runs of the plan, from little to much work (RunPlan::work), unless they have
 // results, and extrapolates. The pilots are runs of the sweep: their results stay. `options.runs`
 // is not read. Throws FileError as compute_runs() does.
 SweepEstimate estimate_sweep(const std::filesystem::path& directory, const SweepPlan& plan,

@@ -71,6 +71,7 @@ TEST_F(Command, RefusesArgumentsItDoesNotKnow) {
       {{"run", "sheet.toml", "--froce"}, "\"--froce\" is unknown; did you mean \"--force\"?"},
       {{"run", "sheet.toml", "--outptu=there"}, "did you mean \"--output\"?"},
       {{"info", "sheet.h5", "--crossing"}, "did you mean \"--crossings\"?"},
+      {{"sweep", "status", "out", "--quiet"}, "\"--quiet\" is unknown; expected one of"},
       {{"run", "sheet.toml", "--frobnicate"}, "\"--frobnicate\" is unknown; expected one of"},
       {{"run", "sheet.toml", "another.toml"}, "\"another.toml\" is unknown"},
       {{"run", "sheet.toml", "--set", "time.duration=1", "contact.friction=0"},

@@ -1,4 +1,5 @@
 // The command `weft sweep`: runs that end, fail, are killed and go on, and two workers at once.
+#include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -377,6 +378,33 @@ TEST_F(SweepCommandTest, EstimatesTheCostOfAllRunsByAFew) {
   EXPECT_NEAR(json.at("cpu_hours").get<double>(), 50 * cpu / 3600, 1e-12);
   EXPECT_NEAR(json.at("disk_bytes").get<double>(), 50 * disk, 1);
   EXPECT_GT(json.at("peak_memory_mib"), 1);
+}
+
+// Pilots differ in the factor that decides about the cost, wherever it stands in the grid, and in
+// others that change as fast.
+TEST_F(SweepCommandTest, EstimatesByRunsThatDiffer) {
+  const std::string friction = "\"contact.friction\" = { list = [0.1, 0.2, 0.3] }\n",
+                    density = "\"material.cotton.density\" = { list = [0.1, 0.2] }\n",
+                    duration = "\"time.duration\" = { list = [0.02, 0.04] }\n";
+  const std::array grids{friction + duration, duration + friction, friction + density};
+  for (std::size_t i = 0; i < grids.size(); ++i) {
+    const std::string out = "out" + std::to_string(i);
+    write("sweep.toml", "case = \"base.toml\"\n[factors]\n" + grids[i]);
+    const Result result = weft({"sweep", "estimate", "sweep.toml", "-o", out});
+    ASSERT_EQ(result.code, 0) << result.err;
+    std::set<std::string> values;  // of the factor with two values
+    for (const fs::path& pilot : results(out)) {
+      const std::string text = read_bytes(pilot.parent_path() / "run.toml");
+      std::string both;
+      for (const char* key : {"\nduration", "\ndensity"}) {
+        const std::size_t line = text.find(key);
+        ASSERT_NE(line, std::string::npos) << text;
+        both += text.substr(line, text.find('\n', line + 1) - line);
+      }
+      values.insert(both);
+    }
+    EXPECT_EQ(values.size(), 2U) << grids[i];
+  }
 }
 
 TEST_F(SweepCommandTest, RefusesBadFilesAndOptions) {
