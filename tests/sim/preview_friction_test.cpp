@@ -80,6 +80,30 @@ TEST(PreviewFriction, IsInProportionToThePushOfTheStep) {
   }
 }
 
+// On a floor that rises with the sheet, the push of a step is no larger than at rest.
+TEST(PreviewFriction, SheetsSlideInALift) {
+  const double step = 0.005, speed = 1, lift = 0.5;
+  std::string scene = sheet_on_slope(0, 0, speed, "");
+  const std::string level = "velocity = [" + std::to_string(speed) + ", 0, 0]\n";
+  scene.replace(scene.find(level), level.size(),
+                "velocity = [" + std::to_string(speed) + ", 0, " + std::to_string(lift) + "]\n");
+  scene += "motion = { velocity = [0, 0, " + std::to_string(lift) + "] }\n";
+  SimulatedCase sim(scene, by_step(step));
+  for (int i = 1; i <= 20; ++i) {
+    const Vec3 now = mean_velocity(sim, i * step);
+    EXPECT_NEAR(now.z(), lift, 1e-2) << i;
+    EXPECT_NEAR(now.x(), speed - i * step * friction * g, 0.01 * speed) << i;
+  }
+}
+
+// Anchors hold a sheet at rest, by what friction would let creep.
+TEST(PreviewFriction, AnchoredSheetsRest) {
+  for (const double step : {1.0 / 60, 0.005}) {
+    SimulatedCase sim(sheet_on_slope(15, 0, 0, "sticking_distance = 1e-4\n"), by_step(step));
+    EXPECT_LT(std::abs(mean_velocity(sim, 24 * step).x()), 1e-4) << step;
+  }
+}
+
 // A sheet that friction can hold creeps as theory.md says, by any step.
 TEST(PreviewFriction, HoldsSheetsOnAGentleSlope) {
   const double friction_speed = 0.01, slope = std::tan(15 * std::numbers::pi / 180);
