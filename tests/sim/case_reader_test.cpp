@@ -12,6 +12,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "sim/case/case_checks.h"
 #include "sim/case/case_schema.h"
 #include "sim/case/case_text.h"
 #include "sim/case/case_writer.h"
@@ -506,6 +507,19 @@ TEST(CaseText, NumbersReadBackBitForBit) {
     EXPECT_EQ(again, value);
     EXPECT_NE(toml_number(value).find_first_of(".e"), std::string::npos);
   }
+}
+
+// Steps such as 0.0166667 are as long as the time between frames.
+TEST(CaseReader, StepsLongerThanTheTimeBetweenFramesAreNoticed) {
+  TimeCase time;
+  time.frames_per_second = 60;
+  for (const double step : {0.005, 1.0 / 60, 0.0166667}) {
+    time.step = step;
+    EXPECT_EQ(long_step_notice(time), "") << step;
+  }
+  time.step = 0.0167;
+  EXPECT_NE(long_step_notice(time).find("is longer than the time between frames"),
+            std::string::npos);
 }
 
 }  // namespace weft::sim::case_reader_test
