@@ -195,7 +195,8 @@ StageSolver::Outcome StageSolver::Implementation::correct(std::span<double> y) {
     const VelocitySystem::Outcome linear =
         system->solve(gamma, right, weight,
                       {.error = linear_error_by_number * std::min(1.0, gamma / longest_gamma),
-                       .from_guess = solves > 1},
+                       .from_guess = solves > 1,
+                       .keeps_momentum = true},
                       solution);
     linear_iterations += linear.iterations;
     if (!linear.converged) return Outcome::not_converged;

@@ -56,6 +56,13 @@ double Dynamics::external_power(double time, std::span<const double> y) {
   return power;
 }
 
+double Dynamics::power_of_moving_points(double time, std::span<const double> y) {
+  const Kinematics state = kinematics(time, y);
+  double power = 0;
+  for (const auto& each : forces_) power += each->power_of_moving_points(state);
+  return power;
+}
+
 void Dynamics::find_forces_on_all(double time, std::span<const double> y, std::vector<Vec3>& force,
                                   std::vector<int>& loaded) {
   set_time(time);

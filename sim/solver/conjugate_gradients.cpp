@@ -83,10 +83,18 @@ ConjugateGradients::Outcome ConjugateGradients::solve(std::span<const Vec3> righ
   outcome.residual = start_residual_ = advance(0, solve);
   preconditioner_.start_solve(start_residual_);
   iterate(solve, outcome);
+  if (goal.keeps_momentum && outcome.converged && outcome.iterations > 0) keep_momentum(solve);
   preconditioner_.finish_solve(outcome.iterations, outcome.residual);
   outcome.multigrid = preconditioner_.is_multigrid();
   outcome.multigrid_set_ups = preconditioner_.multigrid_set_ups();
   return outcome;
+}
+
+// Contact is left out: bodies in contact exchange momentum.
+void ConjugateGradients::keep_momentum(const Solve& solve) {
+  if (matrix_.has_contact()) return;
+  if (!translations_) translations_.emplace(matrix_);
+  if (translations_->correct(residual_, direction_, product_)) advance(1, solve);
 }
 
 bool ConjugateGradients::should_stop(int iterations) const {

@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "sim/solver/free_translations.h"
 #include "sim/solver/preconditioner_selection.h"
 #include "sim/solver/velocity_matrix.h"
 
@@ -44,6 +46,9 @@ class ConjugateGradients {
     enum class Scale : std::uint8_t { mass, matrix } scale = Scale::mass;
     // True if dv begins as a guess, false if it begins as zero.
     bool from_guess = false;
+    // True if the solution ends with a translation of each free body that takes the momentum which
+    // the iterations left in the residual. Without effect if surfaces are in contact.
+    bool keeps_momentum = false;
   };
 
   // All arguments must outlive the object.
@@ -76,6 +81,7 @@ class ConjugateGradients {
   };
 
   void iterate(const Solve& solve, Outcome& outcome);
+  void keep_momentum(const Solve& solve);
   bool should_stop(int iterations) const;
   bool is_reached(const Solve& solve, double residual);
   bool is_small(const Solve& solve, double residual);
@@ -91,6 +97,7 @@ class ConjugateGradients {
   MassOperator& mass_;
   PreconditionerSelection& preconditioner_;
   std::function<bool()> stop_;
+  std::optional<FreeTranslations> translations_;  // made at first use
   std::vector<double> inverse_mass_;  // 1/kg, by particle: multiplications take less than divisions
   std::vector<Vec3> residual_, preconditioned_;
   std::vector<Vec3> direction_, product_;  // search direction p, and A p

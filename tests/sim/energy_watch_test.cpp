@@ -191,6 +191,50 @@ motion = { keyframes = [{ time = 10, translation = [0.1, 0, 0] }] }
   EXPECT_GT(rod.gain(), 0.1);
 }
 
+// Two sheets that seams pull together. Single corrections make them overshoot within a step, so
+// that the springs push at its end.
+TEST(ExternalWork, OfSeamsThatOvershootIsDoubted) {
+  constexpr const char* sheets = R"(
+[world]
+gravity = [0, 0, 0]
+[contact]
+enabled = false
+[material.cloth]
+density = 0.25
+membrane_stiffness = 400
+bending_stiffness = 1e-5
+stiffness_damping = 2e-3
+[[body]]
+name = "front"
+position = [0, 0, 0.13]
+shape = { type = "rectangle", size = [0.5, 0.3], resolution = [7, 11] }
+[[body]]
+name = "back"
+position = [0, 0, -0.13]
+shape = { type = "rectangle", size = [0.5, 0.3], resolution = [6, 9] }
+[[seam]]
+body = "front"
+edge = "first_col"
+to = "back"
+to_edge = "first_col"
+closing_time = 1
+[[seam]]
+body = "front"
+edge = "last_col"
+to = "back"
+to_edge = "last_col"
+closing_time = 1
+)";
+  WatchedCase exact(sheets, method("cvode"));
+  EXPECT_EQ(exact.advance_to(1.2), "");
+  for (const double step : {0.033, 0.0166666, 0.008, 0.002}) {
+    WatchedCase by_one(sheets, method("euler", {key("step", step), "time.newton=1"}));
+    EXPECT_EQ(by_one.advance_to(1.2), "") << step;
+    EXPECT_LT(by_one.gain(), by_one.external().work() + by_one.external().doubt()) << step;
+    EXPECT_LT(by_one.external().doubt(), 1.5 * exact.external().work()) << step;
+  }
+}
+
 // Steps of given length are not short after a jump: the power at their start must be the one after
 // it.
 TEST(ExternalWork, OfWindThatJumpsIsWhatASheetGains) {

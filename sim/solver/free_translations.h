@@ -1,0 +1,36 @@
+// Translations of connected particles, by which a solution of the Newton system takes the momentum
+// that forces give.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sim/solver/velocity_matrix.h"
+
+namespace weft::sim {
+
+// Forces within a body do not change its momentum, so that translations are the soft directions of
+// A = M + gamma D + gamma^2 K. An error of a solution in these directions moves the whole body.
+//
+// A group consists of the particles that the pattern of A connects. A group with a pinned particle
+// is held, and left alone.
+class FreeTranslations {
+ public:
+  // O(blocks). The matrix must outlive the object.
+  explicit FreeTranslations(const VelocityMatrix& matrix);
+
+  // Finds the correction that moves each group as a whole and minimises the error in the norm of A,
+  // and its product with A. Contact is left out. Both are zero for held groups. All spans have one
+  // entry per particle; `residual` is zero for pinned particles. Returns false if all groups are
+  // held. Cost: a product with A.
+  bool correct(std::span<const Vec3> residual, std::span<Vec3> correction, std::span<Vec3> product);
+
+ private:
+  const VelocityMatrix& matrix_;
+  std::vector<int> group_;                // of each particle; -1: held
+  std::vector<double> mass_;              // kg, by group
+  std::vector<Vec3> velocity_;            // m/s, by group
+  std::vector<double> work_, curvature_;  // J, by group
+};
+
+}  // namespace weft::sim
