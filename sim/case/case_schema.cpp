@@ -69,7 +69,7 @@ Table describe(TimeCase& target) {
       field("newton", &newton, "", at_least(0),
             "Newton iterations per step. 1: linearly implicit steps. 0: iterations until they "
             "converge to the tolerances. With contact, iterations are solved again while surfaces "
-            "would meet, and steps that stretch edges by 0.05 or gain energy are halved. With a "
+            "would meet, and steps that stretch edges by 0.03 or gain energy are halved. With a "
             "moving pin or obstacle too, up to two further iterations follow while a particle's "
             "velocity is wrong by more than a tenth of the fastest.")
           .only_for("method", {"euler", "implicit_midpoint"})

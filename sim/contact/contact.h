@@ -236,8 +236,13 @@ class Contact {
     double allowed =
         0;  // slope of the distance from which on the stop acts (m/s); usually negative
   };
-  double limit_ratio(const LinearStep& step, std::span<const ContactPair> terms) const;
-  double follow_step(const LinearStep& step, const ContactPair& pair, double limit_ratio,
+  // The limit of the friction of the terms of a sample at the end of a step.
+  struct EndLimit {
+    double sum = 0;    // N, of all terms
+    double ratio = 1;  // of each limit to that at the start
+  };
+  EndLimit limit_at_end(const LinearStep& step, std::span<const ContactPair> terms) const;
+  double follow_step(const LinearStep& step, const ContactPair& pair, const EndLimit& limit,
                      std::span<Vec3> force);
   int heaviest_point(const ContactPair& pair) const;
   double closing_rate(const ContactPair& pair, std::span<const Vec3> velocity) const;

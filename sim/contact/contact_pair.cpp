@@ -143,7 +143,8 @@ double follow_step(const SlidingEnd& end, const Vec3& normal, bool is_subtracted
   const double speed = u.norm();
   const Vec3 before = sliding.force - sliding.slope * (u - sliding.velocity);
   const double over_speed = materials::friction_factor(speed, friction_speed).over_speed;
-  const bool slides_on = std::abs(before.dot(u)) > std::abs(end.limit) * speed;
+  const bool slides_on = std::abs(before.dot(u)) > std::abs(end.limit) * speed ||
+                         (end.slowing < speed && friction_speed < speed);
   const double secant = end.limit * (slides_on ? 1 / speed : over_speed);
   const Vec3 after = -secant * u;
   sliding.slope.setZero();

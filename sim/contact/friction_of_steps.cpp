@@ -1,6 +1,7 @@
 // Friction of linearised steps: Coulomb's law at their ends.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sim/contact/contact.h"
 
@@ -19,9 +20,9 @@ std::size_t terms_of_sample(std::span<const ContactPair> pairs) {
 
 }  // namespace
 
-// Returns the limit of the friction of the terms of a sample at the end of the step, as a multiple
-// of that at its start. Their linearised pushes may be negative, but not the limit of all of them.
-double Contact::limit_ratio(const LinearStep& step, std::span<const ContactPair> terms) const {
+// Linearised pushes of terms may be negative, but the limit of all of them may not.
+Contact::EndLimit Contact::limit_at_end(const LinearStep& step,
+                                        std::span<const ContactPair> terms) const {
   double start = 0, end = 0;
   StencilRoom room;
   for (const ContactPair& pair : terms) {
@@ -37,12 +38,14 @@ double Contact::limit_ratio(const LinearStep& step, std::span<const ContactPair>
                                              limit.per_rate * step.change[particle]);
     }
   }
-  return start > 0 ? std::max(end, 0.0) / start : 1;
+  if (!(start > 0)) return {std::numeric_limits<double>::infinity(), 1};
+  end = std::max(end, 0.0);
+  return {end, end / start};
 }
 
 // Corrects the friction of one pair. Returns about by how much (m/s) its sliding velocity at the
 // end of the step changes.
-double Contact::follow_step(const LinearStep& step, const ContactPair& pair, double limit_ratio,
+double Contact::follow_step(const LinearStep& step, const ContactPair& pair, const EndLimit& limit,
                             std::span<Vec3> force) {
   Sliding& sliding = surface_.sliding(pair.sliding);
   const Vec3 before = sliding.force;
@@ -60,8 +63,10 @@ double Contact::follow_step(const LinearStep& step, const ContactPair& pair, dou
       mobility += of.levers[i].squaredNorm() / (2 * scene_.mass[particle]);
   }
   velocity -= pair.normal.dot(velocity) * pair.normal;
-  const double change = sim::follow_step({velocity, limit_ratio * sliding.limit.now}, pair.normal,
-                                         pair.coefficient < 0, surface_.friction_speed(), sliding);
+  const SlidingEnd end{velocity, limit.ratio * sliding.limit.now,
+                       step.gamma * mobility * limit.sum};
+  const double change =
+      sim::follow_step(end, pair.normal, pair.coefficient < 0, surface_.friction_speed(), sliding);
   for (std::size_t i = 0; i < of.particles.size(); ++i) {
     if (is_dynamic(of.particles[i]))
       force[of.particles[i]] += of.levers[i].transpose() * (sliding.force - before);
@@ -76,9 +81,9 @@ double Contact::correct_friction(const LinearStep& step, std::span<Vec3> force) 
   for (auto rest = surface_.pairs(); !rest.empty();) {
     const auto terms = rest.first(terms_of_sample(rest));
     rest = rest.subspan(terms.size());
-    const double ratio = limit_ratio(step, terms);
+    const EndLimit limit = limit_at_end(step, terms);
     for (const ContactPair& pair : terms) {
-      if (pair.sliding >= 0) largest = std::max(largest, follow_step(step, pair, ratio, force));
+      if (pair.sliding >= 0) largest = std::max(largest, follow_step(step, pair, limit, force));
     }
   }
   return largest;

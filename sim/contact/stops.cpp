@@ -1,6 +1,7 @@
 // Stops of long steps: dampers on pairs of features that would meet.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "bsi/continuous_collision.h"
 #include "sim/contact/contact.h"
@@ -52,6 +53,7 @@ std::optional<Meeting> SurfaceContact::meeting_of(const Pair& pair, double range
   if (!(closest.squared_distance > 0)) closest = closest_at(0);
   Meeting meeting;
   meeting.fraction = fraction;
+  meeting.gap = end_gap;
   meeting.pair.nodes = pair.nodes;
   meeting.pair.weight = closest.weight;
   meeting.pair.normal = closest.separation / std::sqrt(closest.squared_distance);
@@ -153,7 +155,11 @@ std::optional<ContactFault> Contact::add_stops(const StepPath& path, double gamm
   std::erase_if(stops_, [&](const Stop& stop) {
     return closing_rate(stop.pair, velocity) > stop.allowed + 1e-12;
   });
-  std::ranges::stable_sort(meetings, {}, &Meeting::fraction);
+  // Of pairs that end deep in their barriers, the deepest one shows the direction best: a sphere
+  // comes near the triangles beside the one below it, too.
+  std::ranges::stable_sort(meetings, {}, [](const Meeting& meeting) {
+    return std::pair(meeting.fraction, meeting.gap);
+  });
   std::vector<char> has_new_stop(scene_.dynamic_points, 0);
   for (const Meeting& meeting : meetings) {
     char& is_taken = has_new_stop[heaviest_point(meeting.pair)];

@@ -66,6 +66,7 @@ struct OpenPair {
 struct Meeting {
   ContactPair pair;     // nodes, weights and normal where they meet; without forces
   double fraction = 1;  // of the path, at which they come too near; 1 if they do so at its end
+  double gap = 0;       // m, shortly before they meet, or at the end
   double room = 0;      // m, by which the features may approach each other along the normal
 };
 

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "materials/contact.h"
+#include "sim/contact/contact_pair.h"
 #include "tests/sim/gap_under.h"
 #include "tests/sim/simulated_case.h"
 
@@ -40,6 +42,57 @@ Vec3 mean_velocity(SimulatedCase& sim, double time) {
 
 // Sliding grows in each step. With the friction of the sliding velocity at the start of a step,
 // divided by its speed there, the sheet would accelerate by a tenth too little at first.
+// The friction that the linear system assumed at the end of a step, with a slope along and across
+// the sliding velocity.
+Sliding assumed(double sign) {
+  Sliding sliding;
+  sliding.velocity = Vec3(0.3, 0.1, 0);
+  sliding.slope = sign * Vec3(2, 3, 0).asDiagonal();
+  sliding.hold_rate = 7;
+  return sliding;
+}
+
+// The linear system then sees a force that is Coulomb's at the velocity `u` that it has led to.
+Vec3 force_at(const Sliding& sliding, const Vec3& u) {
+  return sliding.force - sliding.slope * (u - sliding.velocity);
+}
+
+// Features slide on where the assumed friction exceeds the limit, or where the limit would not end
+// the sliding, and are slowed down in proportion elsewhere. Terms that are subtracted have negative
+// limits, and no slope that could make the matrix indefinite.
+TEST(PreviewFriction, ObeysCoulombsLawAtTheEndOfAStep) {
+  const double friction_speed = 0.1, limit = 0.4;
+  const Vec3 normal(0, 0, 1);
+  struct Case {
+    Vec3 velocity;
+    double assumed, slowing;  // the assumed friction as a part of the limit, and m/s
+    bool slides_on;
+  };
+  for (const auto& [u, part, slowing, slides_on] :
+       {Case{Vec3(0.2, -0.1, 0), 2, 9, true}, Case{Vec3(0.2, -0.1, 0), 0.5, 0.2, true},
+        Case{Vec3(0.2, -0.1, 0), 0.5, 0.3, false}, Case{Vec3(0.03, 0.01, 0), 2, 9, true},
+        Case{Vec3(0.03, 0.01, 0), 0.5, 0.02, false}}) {
+    for (const double sign : {1.0, -1.0}) {
+      Sliding sliding = assumed(sign);
+      const Vec3 before = -sign * part * limit * u.normalized();
+      sliding.force = before + sliding.slope * (u - sliding.velocity);
+      const double change =
+          follow_step({u, sign * limit, slowing}, normal, sign < 0, friction_speed, sliding);
+      const double over_speed = materials::friction_factor(u.norm(), friction_speed).over_speed;
+      const Vec3 law = -sign * limit * (slides_on ? 1 / u.norm() : over_speed) * u;
+      EXPECT_LT((force_at(sliding, u) - law).norm(), 1e-14) << u << slowing;
+      EXPECT_NEAR(change, (law - before).norm(), 1e-14) << u << slowing;
+      EXPECT_EQ(sliding.limit.now, sign * limit);
+      EXPECT_EQ(sliding.stiffness, 7 * sliding.slope);
+      EXPECT_LT((sliding.slope * normal).norm(), 1e-14) << u << slowing;
+      const Vec3 across(-u.y(), u.x(), 0);
+      const double secant = sign > 0 ? law.norm() / u.norm() : 0;
+      EXPECT_LT((sliding.slope * across - secant * across).norm(), 1e-14) << u << slowing;
+      EXPECT_LT((sliding.slope * u - (slides_on ? 0 : secant) * u).norm(), 1e-14) << u << slowing;
+    }
+  }
+}
+
 TEST(PreviewFriction, SheetsSlideDownASlope) {
   const double angle = 30 * std::numbers::pi / 180;
   const double expected = g * (std::sin(angle) - friction * std::cos(angle));
@@ -132,6 +185,62 @@ TEST(PreviewFriction, BallsRollDownASlope) {
   };
   const double early = speed_at(0.1), late = speed_at(0.4);
   EXPECT_NEAR((late - early) / 0.3, 5.0 / 7 * g * std::sin(angle), 0.02 * g);
+}
+
+// A ball that bounces on a floor.
+SimulatedCase bouncing_ball(double speed, double step) {
+  return SimulatedCase(R"(
+[time]
+duration = 0.2
+[world]
+gravity = [0, 0, 0]
+[contact]
+friction = 0.2
+range = 0.01
+[[particles]]
+name = "ball"
+radius = 0.05
+density = 100
+restitution = 0.5
+positions = { type = "grid", count = [1, 1, 1], spacing = 1, centre = [0, 0, 0.17] }
+velocity = [)" + std::to_string(speed) +
+                           R"(, 0, -2]
+[[obstacle]]
+name = "floor"
+shape = { type = "rectangle", size = [9, 9], resolution = [3, 3] }
+)",
+                       method("euler", {key("step", step), "time.newton=1"}));
+}
+
+// On its way down, the push grows by more than friction would take at the start of the step.
+TEST(PreviewFriction, BouncingBallsLoseSpeedInProportionToTheirPush) {
+  for (const double step : {0.005, 0.001}) {
+    SimulatedCase run = bouncing_ball(3, step);
+    int pushed = 0;
+    for (Vec3 last(3, 0, -2); run.integrator().time() < 0.2;) {
+      ASSERT_FALSE(run.integrator().step());
+      const Vec3 now = StateView::of(run.integrator().state()).velocity[0];
+      const double lift = now.z() - last.z();
+      if (lift > 1e-6) {
+        EXPECT_NEAR(last.x() - now.x(), 0.2 * lift, 1e-3 * lift) << run.integrator().time();
+        ++pushed;
+      }
+      last = now;
+    }
+    EXPECT_GE(pushed, 2) << step;
+  }
+}
+
+// Friction ends the sliding of a ball where it rolls, and never reverses it.
+TEST(PreviewFriction, BouncingBallsRollAtLast) {
+  for (const double step : {1.0 / 60, 0.005, 0.001}) {
+    SimulatedCase run = bouncing_ball(0.3, step);
+    while (run.integrator().time() < 0.2) {
+      ASSERT_FALSE(run.integrator().step());
+      const double speed = StateView::of(run.integrator().state()).velocity[0].x();
+      EXPECT_GT(speed, 5.0 / 7 * 0.3 - 1e-4) << step;
+    }
+  }
 }
 
 }  // namespace
