@@ -62,8 +62,11 @@ struct StepCensus {
   std::array<std::int64_t, ends.size() + 1> by_length{};
   std::array<std::int64_t, step_limit_names.size()> by_limit{};
 
+  // Lengths are differences of times, whose rounding must not part steps of the same length.
+  static constexpr double rounding = 1e-6;
+
   void add(double length, StepLimit limit) {
-    const auto end = std::upper_bound(ends.begin(), ends.end(), length);
+    const auto end = std::upper_bound(ends.begin(), ends.end(), length * (1 + rounding));
     ++by_length[static_cast<std::size_t>(end - ends.begin())];
     ++by_limit[static_cast<std::size_t>(limit)];
   }

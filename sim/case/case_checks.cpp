@@ -413,6 +413,16 @@ std::string late_pins_notice(const Case& target) {
   return {};
 }
 
+std::string idle_device_notice(const Case& target) {
+  const ComputeBackend backend = target.compute.backend;
+  const bool is_device = backend == ComputeBackend::gpu || backend == ComputeBackend::osmesa;
+  const bool has_particles = !target.particles.empty();
+  if (!is_device || (target.contact.enabled && !has_particles)) return {};
+  return std::string("compute.backend, \"") + (backend == ComputeBackend::gpu ? "gpu" : "osmesa") +
+         "\", has no effect: " +
+         (target.contact.enabled ? "the CPU searches particles" : "contact is off");
+}
+
 void check_case(const Case& target, const Locations& locations) {
   CaseChecker(target, locations).check();
 }

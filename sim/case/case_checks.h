@@ -23,5 +23,8 @@ std::string long_step_notice(const TimeCase& time);
 // Returns a notice about the first pin whose hold_time or release_time is not before the end of the
 // run. Returns an empty string if there is none.
 std::string late_pins_notice(const Case& target);
+// Returns a notice if the case asks for a device that has nothing to search. Returns an empty
+// string if it does not.
+std::string idle_device_notice(const Case& target);
 
 }  // namespace weft::sim

@@ -230,6 +230,8 @@ std::optional<Failure> OneStepIntegrator::state_at(double time, std::span<double
     return std::nullopt;
   }
   accepted_.interpolate(time, y, last_order());
+  // The end of a step was checked with the step, whose path need not be straight.
+  if (time == this->time()) return std::nullopt;
   return accepted_.settle(time, y);
 }
 

@@ -90,7 +90,8 @@ class Run final : private StepObserver {
     say(scene_.source.accuracy_choice);
     for (const std::string& text :
          {long_step_notice(scene_.source.time), late_pins_notice(scene_.source),
-          rounding_notice(scene_), no_sidecar_notice(options_.trajectory)}) {
+          idle_device_notice(scene_.source), rounding_notice(scene_),
+          no_sidecar_notice(options_.trajectory)}) {
       if (options_.warning && !text.empty()) options_.warning(text);
     }
     report_.compute = simulation_.compute();

@@ -406,7 +406,8 @@ void describe_time(const Case& source, std::ostream& out) {
   if (time.method != TimeMethod::impulses)
     out << ", position tolerance " << time.position_tolerance << " m a step";
   out << '\n';
-  for (const std::string& notice : {long_step_notice(time), late_pins_notice(source)}) {
+  for (const std::string& notice :
+       {long_step_notice(time), late_pins_notice(source), idle_device_notice(source)}) {
     if (!notice.empty()) out << "  " << notice << '\n';
   }
 }

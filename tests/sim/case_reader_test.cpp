@@ -16,6 +16,7 @@
 #include "sim/case/case_schema.h"
 #include "sim/case/case_text.h"
 #include "sim/case/case_writer.h"
+#include "tests/sim/simulated_case.h"
 #include "tests/temporary_folder.h"
 
 namespace weft::sim::case_reader_test {
@@ -520,6 +521,24 @@ TEST(CaseReader, StepsLongerThanTheTimeBetweenFramesAreNoticed) {
   time.step = 0.0167;
   EXPECT_NE(long_step_notice(time).find("is longer than the time between frames"),
             std::string::npos);
+}
+
+TEST(CaseReader, DevicesThatHaveNothingToSearchAreNoticed) {
+  const auto notice = [](const std::string& backend, const std::string& more) {
+    return idle_device_notice(
+        parse_case(std::string(hanging_sheet) + more + "[compute]\nbackend = \"" + backend + "\"\n",
+                   "test.toml", {"contact.enabled=true"}));
+  };
+  const std::string ball =
+      "[[particles]]\nname = \"ball\"\nradius = 0.01\n"
+      "positions = { type = \"grid\", count = [1, 1, 1], centre = [0, 0, 1] }\n";
+  EXPECT_EQ(notice("gpu", ""), "");
+  EXPECT_EQ(notice("cpu", ball), "");
+  EXPECT_EQ(notice("gpu", ball),
+            R"(compute.backend, "gpu", has no effect: the CPU searches particles)");
+  EXPECT_EQ(
+      idle_device_notice(parse_case(hanging_sheet, "test.toml", {R"(compute.backend="osmesa")"})),
+      R"(compute.backend, "osmesa", has no effect: contact is off)");
 }
 
 }  // namespace weft::sim::case_reader_test

@@ -264,6 +264,29 @@ motion = { keyframes = [{ time = 0 }, { time = 1, translation = [0, 0, 0.2] }] }
 )";
 
 // In each load, obstacles push from where the load's time puts them.
+// A strip that stands on its pinned edge turns over. On the straight line between both shapes it
+// would pass through itself, but not on its path.
+TEST(Static, TurnsOverWithoutPassingThroughItself) {
+  SimulatedCase sim(R"(
+[time]
+method = "static"
+duration = 1
+frames_per_second = 1
+[material.cloth]
+density = 0.2
+membrane_stiffness = 500
+bending_stiffness = 1e-4
+[[body]]
+name = "strip"
+rotation_deg = [0, -90, 0]
+shape = { type = "rectangle", size = [0.6, 0.2], resolution = [5, 25] }
+pin = [{ edges = ["first_col"] }]
+)");
+  const Vec3 free_corner = sim.positions_at(0)[24], hanging = sim.positions_at(1)[24];
+  EXPECT_NEAR(free_corner.z(), 0.3, 1e-9);
+  EXPECT_NEAR(hanging.z(), -0.9, 0.005);
+}
+
 TEST(Static, FollowsAMovingObstacle) {
   SimulatedCase sim(rising_ball, method("static"));
   double last_top = -1;

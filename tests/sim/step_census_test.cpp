@@ -51,10 +51,13 @@ TEST(StepCensus, ClassesHoldTheirLowerEnds) {
   EXPECT_EQ(steps_below(1.0), 1);
   EXPECT_EQ(census.by_length.back(), 2);
   EXPECT_EQ(limited_by(census, StepLimit::given), 8);
+  census.add(1.001 - 1, StepLimit::given);  // less than 1e-3 by rounding
+  EXPECT_EQ(steps_below(1e-3), 0);
+  EXPECT_EQ(steps_below(2e-3), 1);
   StepCensus twice = census;
   twice += census;
-  EXPECT_EQ(sum(twice.by_length), 16);
-  EXPECT_EQ(sum(twice.by_limit), 16);
+  EXPECT_EQ(sum(twice.by_length), 18);
+  EXPECT_EQ(sum(twice.by_limit), 18);
 }
 
 TEST(StepCensus, NamesTheLargestPartOfTheError) {
