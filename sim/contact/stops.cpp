@@ -155,8 +155,8 @@ std::optional<ContactFault> Contact::add_stops(const StepPath& path, double gamm
   std::erase_if(stops_, [&](const Stop& stop) {
     return closing_rate(stop.pair, velocity) > stop.allowed + 1e-12;
   });
-  // Of pairs that end deep in their barriers, the deepest one shows the direction best: a sphere
-  // comes near the triangles beside the one below it, too.
+  // The deepest of the pairs that end in their barriers shows the direction best: a sphere comes
+  // near the triangles beside the one below it, too.
   std::ranges::stable_sort(meetings, {}, [](const Meeting& meeting) {
     return std::pair(meeting.fraction, meeting.gap);
   });
