@@ -173,12 +173,13 @@ class Contact {
   // approach it takes energy. Where other stops slow the approach by more, it pulls.
   //
   // add_stops() finds the pairs that would meet on a path and makes stops for them, one for each
-  // point at most: for the first to meet of the pairs in which the point has the largest weight.
-  // More of them would mostly pull. Pairs that still meet get theirs in a later call. If there are
-  // pairs that meet, stops that pull at the `velocity` (m/s, by dynamic particle) of the end of the
-  // path are removed. `diagonal` has the diagonal blocks (kg) of the matrix of the step, by dynamic
-  // particle: a stop is a hundred times as stiff. Sets *added to the number of new stops. Returns a
-  // fault only if a position is not finite.
+  // point at most: for the first to meet of the pairs in which the point has the largest weight,
+  // and for the deepest of those that end in their barriers. More of them would mostly pull. Pairs
+  // that still meet get theirs in a later call. If there are pairs that meet, stops that pull at
+  // the `velocity` (m/s, by dynamic particle) of the end of the path are removed. `diagonal` has
+  // the diagonal blocks (kg) of the matrix of the step, by dynamic particle: a stop is a hundred
+  // times as stiff. Sets *added to the number of new stops. Returns a fault only if a position is
+  // not finite.
   [[nodiscard]] std::optional<ContactFault> add_stops(const StepPath& path, double gamma,
                                                       std::span<const Vec3> velocity,
                                                       std::span<const Mat3> diagonal, int* added);
@@ -236,14 +237,12 @@ class Contact {
     double allowed =
         0;  // slope of the distance from which on the stop acts (m/s); usually negative
   };
-  // The limit of the friction of the terms of a sample at the end of a step.
-  struct EndLimit {
-    double sum = 0;    // N, of all terms
-    double ratio = 1;  // of each limit to that at the start
-  };
-  EndLimit limit_at_end(const LinearStep& step, std::span<const ContactPair> terms) const;
-  double follow_step(const LinearStep& step, const ContactPair& pair, const EndLimit& limit,
-                     std::span<Vec3> force);
+  std::optional<double> limit_at_end(const LinearStep& step,
+                                     std::span<const ContactPair> terms) const;
+  void add_friction_limit(const ContactPair& pair, double limit,
+                          std::span<double> on_particle) const;
+  double follow_step(const LinearStep& step, const ContactPair& pair, std::optional<double> part,
+                     std::span<const double> limit_on_particle, std::span<Vec3> force);
   int heaviest_point(const ContactPair& pair) const;
   double closing_rate(const ContactPair& pair, std::span<const Vec3> velocity) const;
   double stop_damping(const ContactPair& pair, double gamma, std::span<const Mat3> diagonal) const;

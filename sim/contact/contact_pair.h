@@ -127,16 +127,16 @@ struct SlidingFeatures {
 struct SlidingEnd {
   Vec3 velocity;     // of sliding, m/s
   double limit = 0;  // N
-  // Upper bound (m/s) of the change of the speed of sliding if friction becomes as large as the
-  // limit.
+  // Change of the speed of sliding (m/s) if the friction of all pairs becomes as large as its limit
+  // and acts against this sliding.
   double slowing = 0;
 };
 
 // Makes the friction f(u) of a pair obey Coulomb's law at the end of a linearised step. If f
 // exceeds the limit there, or if the limit would not end the sliding, the features slide on: f is
 // the limit against the sliding velocity, and constant along it. Otherwise f is proportional to u,
-// so that it at most ends the sliding. A term
-// that `is_subtracted` has no slope. Returns the change of f at that end, N.
+// so that it at most ends the sliding. A term that `is_subtracted` has no slope. Returns the change
+// of f at that end, N.
 double follow_step(const SlidingEnd& end, const Vec3& normal, bool is_subtracted,
                    double friction_speed, Sliding& sliding);
 

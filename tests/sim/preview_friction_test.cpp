@@ -1,4 +1,5 @@
 // Single corrections take the friction of the end of their step, by Coulomb's law.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -40,8 +41,6 @@ Vec3 mean_velocity(SimulatedCase& sim, double time) {
   return sum / count;
 }
 
-// Sliding grows in each step. With the friction of the sliding velocity at the start of a step,
-// divided by its speed there, the sheet would accelerate by a tenth too little at first.
 // The friction that the linear system assumed at the end of a step, with a slope along and across
 // the sliding velocity.
 Sliding assumed(double sign) {
@@ -93,6 +92,8 @@ TEST(PreviewFriction, ObeysCoulombsLawAtTheEndOfAStep) {
   }
 }
 
+// Sliding grows in each step. With the friction of the sliding velocity at the start of a step,
+// divided by its speed there, the sheet would accelerate by a tenth too little at first.
 TEST(PreviewFriction, SheetsSlideDownASlope) {
   const double angle = 30 * std::numbers::pi / 180;
   const double expected = g * (std::sin(angle) - friction * std::cos(angle));
@@ -240,6 +241,42 @@ TEST(PreviewFriction, BouncingBallsRollAtLast) {
       const double speed = StateView::of(run.integrator().state()).velocity[0].x();
       EXPECT_GT(speed, 5.0 / 7 * 0.3 - 1e-4) << step;
     }
+    const double speed = StateView::of(run.integrator().state()).velocity[0].x();
+    EXPECT_LT(speed, 5.0 / 7 * 0.3 + 2e-3) << step;
+  }
+}
+
+// Many samples of a shell act on the same control points, so that each of them alone would end the
+// sliding much later than all of them do. Friction of the last steps is proportional to the speed.
+TEST(PreviewFriction, SlidingShellsStop) {
+  const double step = 1.0 / 60, coefficient = 0.5;
+  for (const double speed : {0.22, 0.26, 0.3}) {
+    SimulatedCase sim("[contact]\nfriction = " + std::to_string(coefficient) + R"(
+[material.plate]
+model = "shell"
+volume_density = 1000
+shell_thickness = 2e-3
+youngs_modulus = 1e6
+poisson_ratio = 0.3
+[[body]]
+name = "plate"
+material = "plate"
+position = [0, 0, 3.392e-3]
+velocity = [)" + std::to_string(speed) +
+                          R"(, 0, 0]
+shape = { type = "rectangle", size = [0.2, 0.2], resolution = [9, 9] }
+[[obstacle]]
+name = "floor"
+shape = { type = "plane", size = [6, 6] }
+)",
+                      by_step(step));
+    for (int i = 1; i <= 8; ++i) {
+      const double loss = step * coefficient * g, expected = speed - i * loss;
+      const double now = mean_velocity(sim, i * step).x();
+      EXPECT_GT(now, std::max(expected, 0.0) - 1e-4) << speed << ' ' << i;
+      EXPECT_LT(now, expected > loss ? expected + 0.01 * speed : loss) << speed << ' ' << i;
+    }
+    EXPECT_NEAR(mean_velocity(sim, 10 * step).x(), 0, 1e-3) << speed;
   }
 }
 
