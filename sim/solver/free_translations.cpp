@@ -34,38 +34,35 @@ FreeTranslations::FreeTranslations(const VelocityMatrix& matrix)
     : matrix_(matrix), group_(matrix.dynamics().particle_count(), unknown) {
   for (std::size_t i = 0; i < group_.size(); ++i) {
     if (group_[i] != unknown) continue;
-    const int number = static_cast<int>(mass_.size());
-    mark_group(*matrix.pattern(), matrix.scene().pinned, static_cast<int>(i), number, group_);
-    if (group_[i] == number) mass_.push_back(0);
-  }
-  for (std::size_t i = 0; i < group_.size(); ++i) {
-    if (group_[i] != held) mass_[group_[i]] += matrix.scene().mass[i];
+    mark_group(*matrix.pattern(), matrix.scene().pinned, static_cast<int>(i), group_count_, group_);
+    if (group_[i] == group_count_) ++group_count_;
   }
 }
 
 bool FreeTranslations::correct(std::span<const Vec3> residual, std::span<Vec3> correction,
                                std::span<Vec3> product) {
-  if (mass_.empty()) return false;
-  velocity_.assign(mass_.size(), Vec3::Zero());
-  work_.assign(mass_.size(), 0);
-  curvature_.assign(mass_.size(), 0);
+  if (group_count_ == 0) return false;
   const auto for_free = [&](const auto& visit) {
     for (std::size_t i = 0; i < group_.size(); ++i) {
       if (group_[i] != held) visit(i, group_[i]);
     }
   };
-  for_free([&](std::size_t i, int group) { velocity_[group] += residual[i] / mass_[group]; });
+  std::vector<Mat3> inertia(group_count_, Mat3::Zero());
   std::ranges::fill(correction, Vec3::Zero());
-  for_free([&](std::size_t i, int group) { correction[i] = velocity_[group]; });
-  matrix_.multiply(correction, product);
+  for (int axis = 0; axis < 3; ++axis) {
+    for_free([&](std::size_t i, int /*group*/) { correction[i] = Vec3::Unit(axis); });
+    products_[axis].resize(product.size());
+    matrix_.multiply(correction, products_[axis]);
+    for_free([&](std::size_t i, int group) { inertia[group].col(axis) += products_[axis][i]; });
+  }
+  std::vector<Vec3> velocity(group_count_, Vec3::Zero());
+  for_free([&](std::size_t i, int group) { velocity[group] += residual[i]; });
+  for (int group = 0; group < group_count_; ++group)
+    velocity[group] = inertia[group].ldlt().solve(velocity[group]);
+  for_free([&](std::size_t i, int group) { correction[i] = velocity[group]; });
+  std::ranges::fill(product, Vec3::Zero());
   for_free([&](std::size_t i, int group) {
-    work_[group] += correction[i].dot(residual[i]);
-    curvature_[group] += correction[i].dot(product[i]);
-  });
-  for_free([&](std::size_t i, int group) {
-    const double factor = curvature_[group] > 0 ? work_[group] / curvature_[group] : 0;
-    correction[i] *= factor;
-    product[i] *= factor;
+    for (int axis = 0; axis < 3; ++axis) product[i] += velocity[group][axis] * products_[axis][i];
   });
   return true;
 }

@@ -2,6 +2,7 @@
 // that forces give.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -19,18 +20,17 @@ class FreeTranslations {
   // O(blocks). The matrix must outlive the object.
   explicit FreeTranslations(const VelocityMatrix& matrix);
 
-  // Finds the correction that moves each group as a whole and minimises the error in the norm of A,
-  // and its product with A. Contact is left out. Both are zero for held groups. All spans have one
-  // entry per particle; `residual` is zero for pinned particles. Returns false if all groups are
-  // held. Cost: a product with A.
+  // Finds the correction that moves each group as a whole and leaves a residual that sums to zero
+  // in it, and its product with A: the error is then the least in the norm of A. Contact is left
+  // out. Both are zero for held groups. All spans have one entry per particle; `residual` is zero
+  // for pinned particles. Returns false if all groups are held. Cost: three products with A.
   bool correct(std::span<const Vec3> residual, std::span<Vec3> correction, std::span<Vec3> product);
 
  private:
   const VelocityMatrix& matrix_;
-  std::vector<int> group_;                // of each particle; -1: held
-  std::vector<double> mass_;              // kg, by group
-  std::vector<Vec3> velocity_;            // m/s, by group
-  std::vector<double> work_, curvature_;  // J, by group
+  std::vector<int> group_;  // of each particle; -1: held
+  int group_count_ = 0;
+  std::array<std::vector<Vec3>, 3> products_;  // of A with translations along the axes
 };
 
 }  // namespace weft::sim
