@@ -80,6 +80,26 @@ bool has_friction(const Case& source) {
          std::ranges::any_of(source.particles, is_rough);
 }
 
+// True if a body, a group of particles or an obstacle is recorded that has values of the channel.
+bool is_recorded_anywhere(const Channel& channel, const Case& source) {
+  const std::vector<std::string>& listed = source.output.bodies;
+  const auto is_listed = [&](const auto& each) {
+    return listed.empty() || std::ranges::find(listed, each.name) != listed.end();
+  };
+  const auto turns = [&](const ParticlesCase& each) {
+    return is_listed(each) && source.can_turn(each);
+  };
+  const auto moves = [&](const ObstacleCase& each) {
+    return is_listed(each) && each.motion.has_value();
+  };
+  if (channel.home != Home::texels) return true;
+  if (channel.id == ChannelId::angular_velocity)
+    return std::ranges::any_of(source.particles, turns);
+  if (std::ranges::any_of(source.body, is_listed)) return true;
+  return channel.id == ChannelId::velocity && (std::ranges::any_of(source.particles, is_listed) ||
+                                               std::ranges::any_of(source.obstacle, moves));
+}
+
 }  // namespace
 
 std::span<const Channel> all_channels() { return table; }
@@ -126,6 +146,10 @@ std::string reason_against(const Channel& channel, const Case& source, std::stri
     hint = "expected model = \"cloth\" in " + heading(join_path("material", shell->material)) +
            ", or no " + in_quotes(channel.name);
     return name + " is that of cloth, and body " + in_quotes(shell->name) + " is a shell";
+  }
+  if (!source.output.bodies.empty() && !is_recorded_anywhere(channel, source)) {
+    hint = "expected output.bodies to list what has it, or no " + in_quotes(channel.name);
+    return name + " would be missing: nothing that output.bodies lists has it";
   }
   switch (channel.id) {
     case ChannelId::angular_velocity:

@@ -39,6 +39,7 @@ class ModeWriter {
                 {.title = scene_.source.title,
                  .case_text = scene_.source.resolved_text,
                  .compute = equilibrium.simulation().compute(),
+                 .time_units = "1",
                  .force = options.force,
                  .precision = scene_.source.output.precision,
                  .compression = scene_.source.output.compression,

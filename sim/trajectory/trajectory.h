@@ -83,7 +83,7 @@ struct RunEnd {
 //                            compute, case_folder, time_units
 //   /case                    string: the resolved case (TOML); a dataset, since HDF5 limits small
 //                            attributes to 64 KiB
-//   /time[N]                 float64, s; extended last: the commit mark
+//   /time[N]                 float64, in time_units; extended last: the commit mark
 //   /body/NAME               attributes: moves, obstacle, thickness_m, wrap_u, wrap_v (one integer,
 //                            or one per patch); part_rows, part_cols if recorded in part;
 //                            spline_degree of a shell
@@ -119,7 +119,8 @@ class TrajectoryWriter {
     std::string compute = {};  // device of the contact search and its reason
     // Folder of the case, relative to the folder of the trajectory. Empty: not recorded.
     std::string case_folder = {};
-    bool force = false;  // if true, overwrites an existing file
+    std::string time_units = "s";  // of /time; "1" if frames are numbers of modes
+    bool force = false;            // if true, overwrites an existing file
     std::vector<Series> step_series = {};
     std::vector<TrajectoryRecord> records = {};
     std::vector<SewnParticles> sewn = {};
@@ -206,9 +207,10 @@ class TrajectoryReader {
   TrajectoryReader& operator=(const TrajectoryReader&) = delete;
   // Returns the number of frames that were complete when the file was opened.
   int frames() const;
-  // Returns the time of a frame (s).
+  // Returns the time of a frame (time_units()).
   double time(int frame) const;
   std::string title() const;
+  std::string time_units() const;    // of time(): "s", or "1" if frames are numbers of modes
   std::string weft_version() const;  // version of Weft that wrote the file
   std::string case_text() const;     // resolved case (TOML)
   // Returns the folder of the case, relative to the folder of the trajectory. Returns an empty text

@@ -101,7 +101,7 @@ struct TrajectoryReader::Implementation {
   Access access;
   Handle file;
   std::vector<double> times;
-  std::string title, weft_version, case_text, case_folder;
+  std::string title, time_units = "s", weft_version, case_text, case_folder;
   bool says_its_end = false;
   std::optional<RunEnd> end;
   std::vector<TrajectoryBody> bodies;
@@ -122,6 +122,8 @@ void TrajectoryReader::Implementation::read_header() {
   const std::vector<int> version = access.read_integers(file.get(), "version");
   if (version != std::vector<int>{1}) access.reject("is of a newer format than this Weft reads");
   title = access.read_string(file.get(), "title");
+  if (H5Aexists(file.get(), "time_units") > 0)
+    time_units = access.read_string(file.get(), "time_units");
   weft_version = access.read_string(file.get(), "weft_version");
   if (H5Aexists(file.get(), "case_folder") > 0)
     case_folder = access.read_string(file.get(), "case_folder");
@@ -460,6 +462,7 @@ double TrajectoryReader::time(int frame) const {
 }
 
 std::string TrajectoryReader::title() const { return implementation_->title; }
+std::string TrajectoryReader::time_units() const { return implementation_->time_units; }
 
 std::string TrajectoryReader::weft_version() const { return implementation_->weft_version; }
 

@@ -564,7 +564,7 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path, std::vector<Trajecto
   // The dataset /time is created last. It has no attributes, so its header is a single piece and
   // can be the commit mark.
   self.time = create_list(self.access, self.file.get(), "time");
-  self.access.write_attribute(self.file.get(), "time_units", std::string("s"));
+  self.access.write_attribute(self.file.get(), "time_units", self.options.time_units);
   self.access.check(set_commit_mark(self.file.get(), self.time.get()), "set up HDF5");
   if (!self.options.publish_later) self.publish();
 }

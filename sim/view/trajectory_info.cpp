@@ -107,12 +107,12 @@ std::string describe_end(const TrajectorySummary& summary) {
   return printable(summary.status + (summary.reason.empty() ? "" : ": " + summary.reason));
 }
 
-std::string deviation_text(const BodySummary& body) {
+std::string deviation_text(const BodySummary& body, const std::string& time_units) {
   const auto& [largest, time] = *body.deviation;
   const double covered = 0.5 * body.thickness;
   std::string text = "          its surface is within " + rounded_text(largest) +
                      " m of the triangles that contact keeps apart (at " + rounded_text(time) +
-                     " s); ";
+                     after_number(time_units) + "); ";
   if (largest <= covered)
     return text + "half its thickness, " + rounded_text(covered) + " m, covers that\n";
   return text + "half its thickness covers " + rounded_text(covered) +
@@ -156,30 +156,33 @@ std::string to_text(const CrossingPlace& place) {
 
 // Returns an extreme as text: value, unit and time and, for a field, body and texel: "0.25 m/s at
 // 0.5 s, sheet patch 0 row 1 col 2".
-std::string to_text(const FieldExtreme& extreme, const std::string& units) {
+std::string to_text(const FieldExtreme& extreme, const std::string& units,
+                    const std::string& time_units) {
   const std::string text = rounded_text(extreme.value) + after_number(units) + " at " +
-                           rounded_text(extreme.time) + " s";
+                           rounded_text(extreme.time) + after_number(time_units);
   if (extreme.body.empty()) return text;
   return text + ", " + to_text(CrossingPlace{extreme.body, extreme.texel});
 }
 
 // Returns one or two lines about the extremes of a field or a record. The first line starts with
 // `heading`.
-std::string extremes_text(const std::string& heading, const auto& summary) {
+std::string extremes_text(const std::string& heading, const auto& summary,
+                          const std::string& time_units) {
   if (!summary.has_extremes) return heading + "no finite value\n";
   return heading + (summary.magnitude ? "magnitude " : "") +
-         to_text(summary.minimum, summary.units) + "\n          to " +
-         to_text(summary.maximum, summary.units) + '\n';
+         to_text(summary.minimum, summary.units, time_units) + "\n          to " +
+         to_text(summary.maximum, summary.units, time_units) + '\n';
 }
 
-std::string to_text(const FieldSummary& field) {
-  const std::string text = extremes_text("field     " + printable(field.name) + ": ", field);
+std::string to_text(const FieldSummary& field, const std::string& time_units) {
+  const std::string text =
+      extremes_text("field     " + printable(field.name) + ": ", field, time_units);
   if (field.not_finite == 0) return text;
   return text + "          values that are not finite: " + std::to_string(field.not_finite) + '\n';
 }
 
-std::string to_text(const RecordSummary& record) {
-  return extremes_text("record    " + printable(record.path) + ": ", record);
+std::string to_text(const RecordSummary& record, const std::string& time_units) {
+  return extremes_text("record    " + printable(record.path) + ": ", record, time_units);
 }
 
 std::vector<bsi::Mesh> build_meshes(const std::string& path,
@@ -272,6 +275,7 @@ TrajectorySummary summarise_trajectory(const std::string& path) {
   TrajectorySummary summary;
   summary.path = path;
   summary.title = reader.title();
+  summary.time_units = reader.time_units();
   summary.weft_version = reader.weft_version();
   summary.frames = reader.frames();
   summarise_end(reader, is_written, summary);
@@ -304,7 +308,9 @@ std::string to_text(const TrajectorySummary& summary) {
          << " s of CPU\n";
   }
   text << "frames    " << summary.frames;
-  if (summary.frames > 0) text << ", " << summary.first_time << " to " << summary.last_time << " s";
+  if (summary.frames > 0)
+    text << ", " << summary.first_time << " to " << summary.last_time
+         << after_number(summary.time_units);
   text << (summary.has_velocity ? ", with velocities\n" : "\n");
   for (const BodySummary& body : summary.bodies) {
     if (body.largest_radius > 0) {
@@ -322,14 +328,14 @@ std::string to_text(const TrajectorySummary& summary) {
       text << "          part: " << range_text(body.part_rows, "rows") << ", "
            << range_text(body.part_cols, "columns") << '\n';
     }
-    if (body.deviation) text << deviation_text(body);
+    if (body.deviation) text << deviation_text(body, summary.time_units);
     if (!body.is_finite) text << "          not finite at the last frame\n";
     if (body.has_bounds) {
       text << "          from " << to_text(body.lower) << " to " << to_text(body.upper) << " m\n";
     }
   }
-  for (const FieldSummary& field : summary.fields) text << to_text(field);
-  for (const RecordSummary& record : summary.records) text << to_text(record);
+  for (const FieldSummary& field : summary.fields) text << to_text(field, summary.time_units);
+  for (const RecordSummary& record : summary.records) text << to_text(record, summary.time_units);
   for (const SeriesSummary& series : summary.series) {
     text << "series    " << printable(series.name) << ": ";
     if (series.has_extremes) {
@@ -354,6 +360,7 @@ std::string to_json(const TrajectorySummary& summary) {
                                    {"status", summary.status},
                                    {"reason", summary.reason},
                                    {"frames", summary.frames},
+                                   {"time_units", summary.time_units},
                                    {"first_time_s", summary.first_time},
                                    {"last_time_s", summary.last_time},
                                    {"velocity", summary.has_velocity},

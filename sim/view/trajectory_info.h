@@ -47,6 +47,7 @@ struct SeriesSummary {
 
 struct TrajectorySummary {
   std::string path, title, weft_version;
+  std::string time_units;  // of all times: "s", or "1" if frames are numbers of modes
   // Status of the run: "done", or "failed" or "interrupted" with the reason. While a process writes
   // the file, the status is "running". If that process died before the end of the run, the status
   // is "killed". It is "unknown" if the file is of a version that does not record the ends of runs.
@@ -54,7 +55,7 @@ struct TrajectorySummary {
   Bill bill;  // cost of the run; zero unless the run has ended
   int format_version = 1;
   int frames = 0;
-  double first_time = 0, last_time = 0;  // s; zero without frames
+  double first_time = 0, last_time = 0;  // zero without frames
   bool has_velocity = false;
   std::vector<BodySummary> bodies;
   std::vector<FieldSummary> fields;

@@ -566,7 +566,13 @@ INSTANTIATE_TEST_SUITE_P(
             "13: the channel \"reactions\" would be empty: nothing holds the "
             "bodies\n  expected a "
             "pin, a tie "
-            "or an obstacle, or no \"reactions\"")),
+            "or an obstacle, or no \"reactions\""),
+        bad("not_recorded", R"(["contact_force"])",
+            "13: the channel \"contact_force\" would be missing: nothing that output.bodies "
+            "lists has it\n  expected output.bodies to list what has it, or no "
+            "\"contact_force\"",
+            "bodies = [\"floor\"]\n[[obstacle]]\nname = \"floor\"\nposition = [0, 0, -9]\n"
+            "[obstacle.shape]\ntype = \"plane\"\nsize = [1, 1]\n")),
     bad_case_name);
 
 }  // namespace
