@@ -97,6 +97,8 @@ class Force {
   virtual void list_outer_forces(const Kinematics& /*state*/, std::vector<OuterForce>& /*all*/) {}
   // Returns the power (W) that the motion of the force's moving points supplies to the simulation.
   virtual double power_of_moving_points(const Kinematics& /*state*/) { return 0; }
+  // Returns the part of it that springs supply because their rest length shrinks.
+  virtual double power_of_closing_seams(const Kinematics& /*state*/) { return 0; }
   // Adds forces (N) to `force`, which has one entry per dynamic particle.
   virtual void add_forces(const Kinematics& state, std::span<Vec3> force, int threads) = 0;
   // Adds to neighbours[i] the particles that the derivatives couple to particle i. A particle may

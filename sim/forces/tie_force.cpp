@@ -32,15 +32,21 @@ class TieForce final : public Force {
   }
 
   double power_of_moving_points(const Kinematics& state) override {
-    double power = 0;
+    double power = power_of_closing_seams(state);
     for (const SpringEnds& spring : springs_.springs()) {
-      if (spring.length_rate != 0) {
-        const double strain = springs_.between(spring, state.position).norm() - spring.length;
-        power -= spring.stiffness * strain * spring.length_rate;
-      }
       if (spring.anchor < 0) continue;
       power += spring.anchor_coefficient *
                slope(spring, state.position).dot(springs_.anchors().velocity(spring.anchor));
+    }
+    return power;
+  }
+
+  double power_of_closing_seams(const Kinematics& state) override {
+    double power = 0;
+    for (const SpringEnds& spring : springs_.springs()) {
+      if (spring.length_rate == 0) continue;
+      const double strain = springs_.between(spring, state.position).norm() - spring.length;
+      power -= spring.stiffness * strain * spring.length_rate;
     }
     return power;
   }

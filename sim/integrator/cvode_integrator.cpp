@@ -31,10 +31,12 @@ namespace {
 // after find_swing() has found an alternating error.
 constexpr double newton_tolerance = 0.1, tight_newton_tolerance = 0.03;
 constexpr int tight_steps = 10;
-// `rest_newton_tolerance` applies while the root mean square of the velocities is below
+// `exact_newton_tolerance` applies while the root mean square of the velocities is below
 // `speed_near_rest` times their absolute tolerance. The errors that Newton's iteration may leave in
 // a step are then no longer small beside the motion, and feed it (docs/decisions/0103).
-constexpr double rest_newton_tolerance = 0.01, speed_near_rest = 10;
+constexpr double exact_newton_tolerance = 0.01, speed_near_rest = 10;
+// The same holds for `wary_steps` steps after the energy has risen unfed (docs/decisions/0109).
+constexpr int wary_steps = 100;
 // An error alternates if the cosine of the angle between the errors of two successive steps is
 // below this value, and the step does not grow.
 constexpr double swing_cosine = -0.95;
@@ -125,7 +127,7 @@ struct CvodeIntegrator::Implementation {
   // Number of steps that share a matrix, and number of smooth steps counted towards its growth.
   int matrix_interval = 1, smooth_steps_so_far = 0;
   long iterations_before_step = 0, failures_before_step = 0;
-  int tight_steps_left = 0;
+  int tight_steps_left = 0, wary_steps_left = 0;
   std::int64_t vetoes_before_step = 0;
   StepCensus census;
   // True if the last step ended at CVODE's stop time. CVodeGetCurrentStep() then does not return
@@ -288,7 +290,7 @@ bool CvodeIntegrator::Implementation::is_near_rest() const {
 
 void CvodeIntegrator::Implementation::set_newton_tolerance() {
   double tolerance = tight_steps_left > 0 ? tight_newton_tolerance : newton_tolerance;
-  if (is_near_rest()) tolerance = rest_newton_tolerance;
+  if (wary_steps_left > 0 || is_near_rest()) tolerance = exact_newton_tolerance;
   CVodeSetNonlinConvCoef(cvode, tolerance);
 }
 
@@ -365,6 +367,7 @@ void CvodeIntegrator::Implementation::accept(double t) {
   std::copy(values(y).begin(), values(y).end(), end.begin());
   accepted.place_trial(t, end);
   accepted.accept(t);
+  wary_steps_left = std::max(0, wary_steps_left - 1);
   short_steps.note(accepted.time() - accepted.start_time());
   CVodeSetMinStep(cvode, short_steps.shortest());
 }
@@ -483,12 +486,19 @@ void CvodeIntegrator::transfer(StateArchive& archive) {
   self.veto_window.transfer(archive);
   self.short_steps.transfer(archive);
   archive(so_far, self.vetoes, self.vetoes_before_step, self.census, self.restarts,
-          self.matrix_interval, self.smooth_steps_so_far, self.tight_steps_left);
+          self.matrix_interval, self.smooth_steps_so_far, self.tight_steps_left,
+          self.wary_steps_left);
   if (!archive.reads()) return;
   self.begin_without_history();
   CVodeSetMinStep(self.cvode, self.short_steps.shortest());
   self.earlier = so_far;
   CVodeSetLSetupFrequency(self.cvode, self.matrix_interval);
+}
+
+void CvodeIntegrator::tighten() {
+  Implementation& self = *implementation_;
+  self.wary_steps_left = wary_steps;
+  self.set_newton_tolerance();
 }
 
 IntegratorCounts CvodeIntegrator::counts() const { return implementation_->counts(); }

@@ -33,6 +33,7 @@ class CvodeIntegrator final : public Integrator {
   void restart(double time, std::span<const double> y) override;
   // After reading, and until the next step, state_at() interpolates by AcceptedStep::interpolate().
   void transfer(StateArchive& archive) override;
+  void tighten() override;
 
  private:
   struct Implementation;

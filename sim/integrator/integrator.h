@@ -62,6 +62,9 @@ class Integrator {
   // failure, step() fails with that failure. An empty function never stops a step.
   using ReasonToStop = std::function<std::optional<Failure>()>;
   void set_reason_to_stop(ReasonToStop reason) { reason_to_stop_ = std::move(reason); }
+  // Tells the method that the energy has risen unfed. It may solve the equations of the next steps
+  // more exactly.
+  virtual void tighten() {}
   // Describes the kind of steps that the method has chosen by itself. The text is empty if the
   // method has one kind of steps.
   virtual std::string decision() const { return {}; }

@@ -265,8 +265,8 @@ class Dynamics {
   // Includes the power that forces receive from their moving points
   // (Force::power_of_moving_points()). Cost: one evaluation of the external forces.
   double external_power(double time, std::span<const double> y);
-  // Returns the part of it (W) that forces receive from their moving points.
-  double power_of_moving_points(double time, std::span<const double> y);
+  // Returns the power (W) that seams supply because they close.
+  double power_of_closing_seams(double time, std::span<const double> y);
   bool has_external_forces() const;
   // True if a force has points outside the state that move.
   bool has_moving_points() const;

@@ -56,10 +56,10 @@ double Dynamics::external_power(double time, std::span<const double> y) {
   return power;
 }
 
-double Dynamics::power_of_moving_points(double time, std::span<const double> y) {
+double Dynamics::power_of_closing_seams(double time, std::span<const double> y) {
   const Kinematics state = kinematics(time, y);
   double power = 0;
-  for (const auto& each : forces_) power += each->power_of_moving_points(state);
+  for (const auto& each : forces_) power += each->power_of_closing_seams(state);
   return power;
 }
 

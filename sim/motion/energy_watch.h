@@ -42,6 +42,9 @@ class EnergyWatch {
   // False for scenes that are never checked. check() then costs nothing and does not read `now`.
   bool applies() const { return applies_; }
   void transfer(StateArchive& archive);
+  // True if the last check found more energy than was put in, beyond a tenth of what the test
+  // allows for errors.
+  bool has_gain() const { return has_gain_; }
   // Returns the largest ratio so far of the energy to its limit.
   double largest_share() const { return largest_share_; }
   const ExternalWork& external() const { return external_; }
@@ -62,6 +65,7 @@ class EnergyWatch {
   double start_dissipated_ = 0;          // energy that creases had dissipated at the start (J)
   double start_kinetic_ = 0, most_ = 0;  // kinetic energy at the start, and `most` (J)
   double largest_share_ = 0;
+  bool has_gain_ = false;
 };
 
 }  // namespace weft::sim

@@ -77,15 +77,9 @@ void ExternalWork::add_step(double time, std::span<const double> y) {
     change += (force_[i] - last_force_[i]).dot(way);
   }
   work_ += 0.5 * h * (power_ + last_power) - mean;
-  doubt_ += 0.5 * (std::abs(change) + h * std::abs(power_ - last_power)) +
-            h * std::max(0.0, -power_of_overshoot(time, y));
-}
-
-// Returns the power (W) of moving points at the end of a step if it may be negative by error alone,
-// and otherwise 0.
-double ExternalWork::power_of_overshoot(double time, std::span<const double> y) {
-  if (dynamics_.scene().source.time.newton == 0 || !dynamics_.has_moving_points()) return 0;
-  return dynamics_.power_of_moving_points(time, y);
+  doubt_ += 0.5 * (std::abs(change) + h * std::abs(power_ - last_power));
+  if (dynamics_.scene().source.time.newton > 0)
+    doubt_ += h * std::max(0.0, -dynamics_.power_of_closing_seams(time, y));
 }
 
 // Returns the power (W) of external forces at the start of the next step, after any jump at `time`.

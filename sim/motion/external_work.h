@@ -23,9 +23,9 @@ namespace weft::sim {
 // becomes motion and strain. P already includes the losses by drag. If wind, drag or a load jumps
 // between two steps, each step uses the value of P on its own side of the jump.
 //
-// A given number of corrections leaves errors in the forces at the end of a step: springs whose
-// rest length shrinks may push there, after they have pulled all the way. With time.newton, h times
-// the power that moving points then seem to take is added to `doubt`.
+// A given number of corrections leaves errors in the forces at the end of a step: seams that close
+// may push there, after they have pulled all the way. With time.newton, h times the power that they
+// then seem to take is added to `doubt`.
 //
 // If the velocity of sliding supports jumps, `work` also has the kinetic energy that the particles
 // gain by Dynamics::match_supports(). Losses are left out, so that `work` stays an upper bound.
@@ -71,7 +71,6 @@ class ExternalWork {
   bool is_moved() const { return !moved_.empty() || obstacles_move_; }
   void measure(double time, std::span<const double> y);
   double power_after_jump(double time, std::span<const double> y);
-  double power_of_overshoot(double time, std::span<const double> y);
   void add_gravity(double start, double time, std::span<const double> y);
   Vec3 free_moment(std::span<const double> y) const;
   template <class Visit>

@@ -59,6 +59,7 @@ class ChangingSceneIntegrator final : public Integrator {
   }
   void restart(double time, std::span<const double> y) override;
   void transfer(StateArchive& archive) override;
+  void tighten() override { stage_->integrator->tighten(); }
   std::string decision() const override { return stage_->integrator->decision(); }
 
   // Returns the dynamics of all bodies, with the held vertices and intact ties of the last step.

@@ -155,25 +155,28 @@ void Simulation::Implementation::make_own_integrator() {
   }
 }
 
+// True if a check is due whatever the frames are.
 bool Simulation::Implementation::is_look_due() const {
-  if (!watch->applies()) return false;
   const TimeMethodTraits& traits = traits_of(scene.source.time.method);
   const bool may_wait = traits.is_explicit || traits.has_error_control();
   if (!may_wait || watch->external().is_possible()) return true;
-  return steps_since_look >= steps_between_looks ||
-         frame_times.are_between(last_look, integrator->time());
+  return steps_since_look >= steps_between_looks;
 }
 
 // Checks the energy at the end of the last step, if a check is due.
 std::optional<Failure> Simulation::Implementation::judge_step() {
+  if (!watch->applies()) return std::nullopt;
   ++steps_since_look;
-  if (!is_look_due()) return std::nullopt;
+  const bool is_due = is_look_due();
+  if (!is_due && !frame_times.are_between(last_look, integrator->time())) return std::nullopt;
   const PhaseTimer timer(statistics.phases.energies);
-  steps_since_look = 0;
+  if (is_due) steps_since_look = 0;
   last_look = integrator->time();
   const Energies of_awake = energies_of_awake();
   energies = with_asleep(of_awake);
   auto failure = watch->check(last_look, awake_state(), of_awake);
+  // Frames do not change the motion.
+  if (is_due && watch->has_gain()) integrator->tighten();
   if (failure && sleeping != nullptr) return sleeping->in_whole(std::move(*failure));
   return failure;
 }

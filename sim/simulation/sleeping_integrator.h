@@ -66,6 +66,7 @@ class SleepingIntegrator final : public Integrator {
   // Wakes all bodies.
   void restart(double time, std::span<const double> y) override;
   void transfer(StateArchive& archive) override;
+  void tighten() override { integrator_->tighten(); }
   std::string decision() const override { return integrator_->decision(); }
 
   // Returns the dynamics of the awake bodies.

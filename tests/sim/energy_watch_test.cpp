@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "sim/run/make_simulation.h"
 #include "tests/sim/simulated_case.h"
 
 namespace weft::sim::energy_watch_test {
@@ -55,6 +56,21 @@ TEST_F(EnergyWatchTest, AllowsTheToleranceAndFivePercentOfTheEnergy) {
   EXPECT_EQ(with_speed(1), "");
   EXPECT_EQ(with_speed(0.999 * factor), "");
   EXPECT_NE(with_speed(1.001 * factor), "");
+}
+
+// A tenth of what the test allows for errors is a gain, before the rest of it ends a run.
+TEST_F(EnergyWatchTest, NoticesAGainBeforeItEndsARun) {
+  const TimeCase& options = case_.scene().source.time;
+  const double tolerance = 100 * options.position_tolerance;
+  const double limit = std::sqrt(1.05) + std::sqrt(3.0) * tolerance + options.relative_tolerance;
+  for (const auto& [factor, gains] : {std::pair(0.9, false),
+                                      {1.0, false},
+                                      {0.91 + 0.09 * limit, false},
+                                      {0.89 + 0.11 * limit, true},
+                                      {0.5 + 0.5 * limit, true}}) {
+    EXPECT_EQ(with_speed(factor), "") << factor;
+    EXPECT_EQ(watch_.has_gain(), gains) << factor;
+  }
 }
 
 TEST_F(EnergyWatchTest, NamesTheFastestTheTimeAndWhatToDo) {
@@ -233,6 +249,94 @@ closing_time = 1
     EXPECT_LT(by_one.gain(), by_one.external().work() + by_one.external().doubt()) << step;
     EXPECT_LT(by_one.external().doubt(), 1.5 * exact.external().work()) << step;
   }
+}
+
+// A carriage that lowers a sheet takes its weight's energy, by single corrections too: that leaves
+// no room for a gain.
+TEST(ExternalWork, OfATieThatLowersASheetIsNotDoubted) {
+  constexpr const char* lowered = R"(
+[contact]
+enabled = false
+[material.cloth]
+density = 0.25
+membrane_stiffness = 400
+stiffness_damping = 2e-3
+mass_damping = 2
+[[body]]
+name = "sheet"
+rotation_deg = [90, 0, 0]
+shape = { type = "rectangle", size = [0.3, 0.3], resolution = [5, 5] }
+[[obstacle]]
+name = "carriage"
+position = [0, 0, 0.3]
+shape = { type = "rectangle", size = [0.5, 0.1], resolution = [3, 3] }
+motion = { velocity = [0, 0, -0.5] }
+[[tie]]
+body = "sheet"
+edges = ["last_row"]
+to = "carriage"
+stiffness = 1000
+)";
+  const double lost = 0.25 * 0.09 * 9.81 * 0.5;
+  WatchedCase run(lowered, method("euler", {key("step", 0.01), "time.newton=1"}));
+  EXPECT_EQ(run.advance_to(1), "");
+  EXPECT_NEAR(run.external().work(), -lost, 0.2 * lost);
+  EXPECT_LT(run.external().doubt(), 0.1 * lost);
+}
+
+// A small sheet that hangs from a corner and swings, undamped.
+constexpr const char* swinging = R"(
+[time]
+duration = 4
+[contact]
+enabled = false
+[material.cotton]
+density = 0.34
+membrane_stiffness = 490
+[[body]]
+name = "sheet"
+shape = { type = "rectangle", size = [0.1, 0.1], resolution = [4, 4] }
+[[body.pin]]
+corners = ["first_first"]
+)";
+
+// Returns the Newton iterations of `count` steps.
+std::int64_t newton_iterations(Integrator& integrator, int count) {
+  const std::int64_t before = integrator.counts().newton_iterations;
+  for (int i = 0; i < count; ++i) EXPECT_FALSE(integrator.step());
+  return integrator.counts().newton_iterations - before;
+}
+
+// After a gain, cvode solves the equations of a hundred steps more exactly.
+TEST(EnergyWatch, TightensNewtonsIterationForAWhile) {
+  SimulatedCase plain(swinging), tight(swinging);
+  newton_iterations(plain.integrator(), 400);
+  newton_iterations(tight.integrator(), 400);
+  tight.integrator().tighten();
+  const auto during = newton_iterations(tight.integrator(), 100);
+  EXPECT_GT(during, 1.2 * static_cast<double>(newton_iterations(plain.integrator(), 100)));
+  EXPECT_LT(newton_iterations(tight.integrator(), 100), 0.9 * static_cast<double>(during));
+}
+
+// By loose tolerances the sheet gains energy while it falls. A simulation then makes steps more
+// exact, whatever its frames are.
+TEST(EnergyWatch, GainsTightenTheMethodWhateverTheFramesAre) {
+  const Overrides loose{key("position_tolerance", 5e-4)};
+  WatchedCase alone(swinging, loose);
+  EXPECT_NE(alone.advance_to(0.4), "");
+  std::vector<std::vector<Vec3>> ends;
+  for (const char* frames : {"time.frames_per_second=10", "time.frames_per_second=700"}) {
+    Simulation sim = make_simulation(parse_case(swinging, "test.toml", {loose.front(), frames}));
+    SimulatedCase method_alone(swinging, loose);
+    bool is_same = true;
+    while (sim.time() < 0.4 && !sim.step()) {
+      ASSERT_FALSE(method_alone.integrator().step());
+      is_same = is_same && sim.time() == method_alone.integrator().time();
+    }
+    EXPECT_FALSE(is_same) << frames;
+    ends.push_back(sim.position("sheet"));
+  }
+  EXPECT_EQ(ends[0], ends[1]);
 }
 
 // Steps of given length are not short after a jump: the power at their start must be the one after

@@ -65,8 +65,8 @@ struct Stored {
 // processor, grow to 1e-6 m until 0.05 s, and sooner with friction. Those methods run without it,
 // for a shorter time.
 //
-// Values of numerics_version 23. If a change moves them on purpose, increase the number, and store
-// the values that this test prints.
+// If a change moves the values on purpose, increase numerics_version, and store those that this
+// test prints.
 constexpr int stored_version = 25;
 const std::vector<Stored> stored{
     {"cvode",

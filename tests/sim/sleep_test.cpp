@@ -519,16 +519,16 @@ TEST(SleepBesideCurves, ABodyWakesWhereWindGravityOrDragChanges) {
 TEST(SleepBesideCurves, ABodyInAGustStaysAwakeAndOneWithoutDragSleeps) {
   const std::string gust = "world.wind={ mean = [0, 1e-9, 0], intensity = 0.1, time_scale = 1 }";
   Simulation driven = simulation_of(hanging_pair, {gust});
-  advance_to(driven, 2);
+  advance_to(driven, 3);
   EXPECT_EQ(sleeping_bodies(driven), 0);
   Simulation without_drag = simulation_of(
       hanging_pair, {gust, "material.cloth.normal_drag=0", "material.free.normal_drag=1e-9"});
-  advance_to(without_drag, 2);
+  advance_to(without_drag, 3);
   EXPECT_EQ(sleeping_bodies(without_drag), 1);
   // Damping does not move what rests.
   Simulation damped = simulation_of(
       hanging_pair, {"material.cloth.mass_damping={ times = [0, 4], values = [30, 40] }"});
-  advance_to(damped, 2);
+  advance_to(damped, 3);
   EXPECT_EQ(sleeping_bodies(damped), 1);
 }
 

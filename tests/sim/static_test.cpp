@@ -263,7 +263,6 @@ shape = { type = "sphere", radius = 0.1, resolution = [5] }
 motion = { keyframes = [{ time = 0 }, { time = 1, translation = [0, 0, 0.2] }] }
 )";
 
-// In each load, obstacles push from where the load's time puts them.
 // A strip that stands on its pinned edge turns over. On the straight line between both shapes it
 // would pass through itself, but not on its path.
 TEST(Static, TurnsOverWithoutPassingThroughItself) {
@@ -287,6 +286,7 @@ pin = [{ edges = ["first_col"] }]
   EXPECT_NEAR(hanging.z(), -0.9, 0.005);
 }
 
+// In each load, obstacles push from where the load's time puts them.
 TEST(Static, FollowsAMovingObstacle) {
   SimulatedCase sim(rising_ball, method("static"));
   double last_top = -1;
