@@ -48,16 +48,6 @@ constexpr int longest_interval = 20;
 constexpr int smooth_steps = 5;
 constexpr int smooth_iterations = 3;
 
-// Largest part of a gap by which the last Newton iteration may change it. The iteration ends when
-// its corrections are small beside the tolerances. Deep in a barrier they are small, too: each
-// lengthens the gap by less than half. Accepted there, a step would store more energy in the
-// barrier than there was, though its forces do not balance (docs/decisions/0093).
-constexpr double most_gap_change = 0.1;
-// Changes of gaps count this many times where a pair has closed by more than its gap within the
-// step, as in a long step of free fall that ends in a barrier. Its forces are those of an impact,
-// and with the damping of contact, corrections are an even smaller part of the gap.
-constexpr double closing_factor = 5;
-
 // Largest number of times that contact may reject a step. Each rejection makes the step four times
 // shorter. Any sensible time.minimum_step is reached long before.
 constexpr int most_vetoes_of_a_step = 40;

@@ -11,6 +11,16 @@
 
 namespace weft::sim {
 
+// Largest part of a gap by which the last Newton iteration may change it. The iteration ends when
+// its corrections are small beside the tolerances. Deep in a barrier they are small, too: each
+// lengthens the gap by less than half. Accepted there, a step would store more energy in the
+// barrier than there was, though its forces do not balance (docs/decisions/0093).
+inline constexpr double most_gap_change = 0.1;
+// Changes of gaps count this many times where a pair has closed by more than its gap within the
+// step, as in a long step of free fall that ends in a barrier. Its forces are those of an impact,
+// and with the damping of contact, corrections are an even smaller part of the gap.
+inline constexpr double closing_factor = 5;
+
 // Tolerance of the linear solve as a fraction of the Newton tolerance, for SUNDIALS' integrators
 // (docs/decisions/0005).
 inline constexpr double linear_tolerance_factor = 0.3;

@@ -164,12 +164,14 @@ void StageSolver::Implementation::limit(std::span<double> correction) {
     if (!path_is_safe(trial)) continue;
     shortened = fraction < 1;
     kept_part = fraction;
+    gap_change = dynamics.gap_change_since_evaluation(*start, position, closing_factor);
     if (!shortened) return;
     for (double& c : correction) c *= fraction;
     return;
   }
   shortened = true;
   kept_part = 0;
+  gap_change = 0;
   std::fill(correction.begin(), correction.end(), 0.0);
 }
 
@@ -201,23 +203,33 @@ StageSolver::Outcome StageSolver::Implementation::outcome(int flag) const {
   }
 }
 
-// Runs KINSOL from the start `u`, which receives the solution.
+// Runs KINSOL from the start `u`, which receives the solution. A correction that is small but
+// changes a gap by a large part is not the last one.
+int StageSolver::Implementation::run_kinsol(int strategy) {
+  for (int runs = 0; runs < most_whole_corrections; ++runs) {
+    gap_change = 0;
+    const int flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
+    long newton = 0, linear = 0;
+    KINGetNumNonlinSolvIters(kinsol, &newton);
+    KINGetNumLinIters(kinsol, &linear);
+    newton_iterations += newton;
+    linear_iterations += linear;
+    if (flag != KIN_STEP_LT_STPTOL || shortened || gap_change <= most_gap_change) return flag;
+  }
+  return KIN_MAXITER_REACHED;
+}
+
 StageSolver::Outcome StageSolver::Implementation::iterate(int strategy, int most_iterations) {
   KINSetNumMaxIters(kinsol, most_iterations);
   if (dynamics.contact() != nullptr) dynamics.contact()->begin_newton();
-  int flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
+  int flag = run_kinsol(strategy);
   const bool is_good_guess = flag == KIN_INITIAL_GUESS_OK;
   if (is_good_guess) {
     // One correction is always made: small residuals of guesses would add up over many short steps.
     KINSetFuncNormTol(kinsol, std::numeric_limits<double>::min());
-    flag = KINSol(kinsol, u, strategy, step_scale, residual_scale);
+    flag = run_kinsol(strategy);
     KINSetFuncNormTol(kinsol, largest_last_correction);
   }
-  long newton = 0, linear = 0;
-  KINGetNumNonlinSolvIters(kinsol, &newton);
-  KINGetNumLinIters(kinsol, &linear);
-  newton_iterations += newton;
-  linear_iterations += linear;
   return is_good_guess && shortened ? Outcome::solved : outcome(flag);
 }
 

@@ -42,6 +42,7 @@ struct StageSolver::Implementation {
   int multiply_correction(std::span<double> product) const;
   bool path_is_safe(std::span<const double> state);
   Outcome outcome(int flag) const;
+  int run_kinsol(int strategy);
   Outcome iterate(int strategy, int most_iterations);
   bool is_driven() const;
   bool leaves_small_residual(std::span<const double> residual);
@@ -80,7 +81,8 @@ struct StageSolver::Implementation {
   Energies before;
   double held_before = 0;
   std::optional<ExternalWork> driven_work;
-  double kept_part = 1;  // fraction of the present correction that limit() kept
+  double gap_change = 0;  // by the last correction; Contact::largest_relative_gap_change()
+  double kept_part = 1;   // fraction of the present correction that limit() kept
   // Views of the state of the last assembly, and of the last residual.
   std::span<const double> linearised_at, last_residual;
   std::vector<double> trial;

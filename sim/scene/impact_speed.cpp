@@ -31,6 +31,16 @@ double depth_along(const Scene& scene, const Vec3& gravity) {
   return std::max(0.0, lowest - highest);
 }
 
+// True if the air acts on a body or on spheres.
+bool has_drag(const Scene& scene) {
+  const auto material_drags = [](const MaterialCase& each) {
+    return !each.normal_drag.is_zero() || !each.tangential_drag.is_zero();
+  };
+  const auto spheres_drag = [](const ParticlesCase& each) { return each.drag_coefficient > 0; };
+  return std::ranges::any_of(scene.source.material, material_drags) ||
+         std::ranges::any_of(scene.source.particles, spheres_drag);
+}
+
 double start_speed(const Scene& scene) {
   double speed = 0;
   for (int i = 0; i < scene.heavy_particles; ++i)
@@ -85,7 +95,10 @@ double driven_speed(const Scene& scene) {
 
 double expected_impact_speed(const Scene& scene) {
   double wind = 0, depth = 0;
-  for (const Vec3& value : values_of(scene.source.world.wind)) wind = std::max(wind, value.norm());
+  if (has_drag(scene)) {
+    for (const Vec3& value : values_of(scene.source.world.wind))
+      wind = std::max(wind, value.norm());
+  }
   for (const Vec3& value : values_of(scene.source.world.gravity))
     depth = std::max(depth, depth_along(scene, value));
   const double before = start_speed(scene) + driven_speed(scene) + wind;

@@ -90,9 +90,7 @@ ConjugateGradients::Outcome ConjugateGradients::solve(std::span<const Vec3> righ
   return outcome;
 }
 
-// Contact is left out: bodies in contact exchange momentum.
 void ConjugateGradients::keep_momentum(const Solve& solve) {
-  if (matrix_.has_contact()) return;
   if (!translations_) translations_.emplace(matrix_);
   if (translations_->correct(residual_, direction_, product_)) advance(1, solve);
 }

@@ -13,20 +13,23 @@ namespace weft::sim {
 // Forces within a body do not change its momentum, so that translations are the soft directions of
 // A = M + gamma D + gamma^2 K. An error of a solution in these directions moves the whole body.
 //
-// A group consists of the particles that the pattern of A connects. A group with a pinned particle
-// is held, and left alone.
+// A group consists of the particles that the pattern of A connects. Groups in contact with each
+// other exchange momentum, and are moved together. A group with a pinned particle, or in contact
+// with an obstacle or a held group, is held, and left alone.
 class FreeTranslations {
  public:
   // O(blocks). The matrix must outlive the object.
   explicit FreeTranslations(const VelocityMatrix& matrix);
 
   // Finds the correction that moves each group as a whole and leaves a residual that sums to zero
-  // in it, and its product with A: the error is then the least in the norm of A. Contact is left
-  // out. Both are zero for held groups. All spans have one entry per particle; `residual` is zero
+  // in it, and its product with A: the error is then the least in the norm of A. Both are zero for
+  // held groups. All spans have one entry per particle; `residual` is zero
   // for pinned particles. Returns false if all groups are held. Cost: three products with A.
   bool correct(std::span<const Vec3> residual, std::span<Vec3> correction, std::span<Vec3> product);
 
  private:
+  std::vector<int> join_by_contact(int* count) const;
+
   const VelocityMatrix& matrix_;
   std::vector<int> group_;  // of each particle; -1: held
   int group_count_ = 0;
