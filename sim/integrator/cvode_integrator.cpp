@@ -35,7 +35,8 @@ constexpr int tight_steps = 10;
 // `speed_near_rest` times their absolute tolerance. The errors that Newton's iteration may leave in
 // a step are then no longer small beside the motion, and feed it (docs/decisions/0103).
 constexpr double exact_newton_tolerance = 0.01, speed_near_rest = 10;
-// The same holds for `wary_steps` steps after the energy has risen unfed (docs/decisions/0109).
+// `exact_newton_tolerance` applies for `wary_steps` steps, too, after the energy has risen unfed
+// (docs/decisions/0109).
 constexpr int wary_steps = 100;
 // An error alternates if the cosine of the angle between the errors of two successive steps is
 // below this value, and the step does not grow.

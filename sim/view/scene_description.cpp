@@ -97,7 +97,9 @@ void describe_spheres(const SceneBody& body, const Scene& scene, std::ostream& o
   const ParticlesCase& from = *body.spheres;
   out << "particles " << body.name << ": " << body.particle_count() << " of radius " << from.radius
       << " m and mass " << scene.mass[body.first_particle] << " kg, restitution "
-      << from.restitution << '\n';
+      << from.restitution;
+  if (from.friction) out << ", friction " << *from.friction;
+  out << '\n';
 }
 
 void describe_body(const Scene& scene, const SceneBody& body, std::ostream& out) {
@@ -247,7 +249,7 @@ void describe_search(const Scene& scene, const std::vector<CandidateList>& neigh
                 "at the start, nothing that they may touch is near", out);
 }
 
-// Prints the friction of each [[contact.pair]], and which friction is skipped.
+// Prints the friction and the restitution of each [[contact.pair]], and which friction is skipped.
 void describe_friction(const Scene& scene, std::ostream& out) {
   const ContactCase& contact = scene.source.contact;
   const std::vector<int> uses = PairFriction(scene).uses();
@@ -262,6 +264,10 @@ void describe_friction(const Scene& scene, std::ostream& out) {
       out << "  skipped friction of " << names << ": it is 0\n";
     } else {
       out << "  friction " << *pair.friction << " of " << names << ", "
+          << counted(uses[i], "pair of bodies", "pairs of bodies") << '\n';
+    }
+    if (uses[i] > 0 && pair.restitution) {
+      out << "  restitution " << *pair.restitution << " of " << names << ", "
           << counted(uses[i], "pair of bodies", "pairs of bodies") << '\n';
     }
   }
@@ -320,6 +326,7 @@ void describe_contact(const Scene& scene, std::ostream& out) {
         << "\n  skipped range, stiffness, damping_time, friction_speed and sticking_distance of "
            "[contact], and tolerances: impulses have no barrier, and no error is controlled\n";
     describe_enclosed_spheres(scene, out);
+    describe_friction(scene, out);
     return;
   }
   if (!contact.enabled) {

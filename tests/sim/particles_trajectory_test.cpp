@@ -169,6 +169,20 @@ TEST_F(ParticlesTrajectory, IsDescribedByCheck) {
       << text;
 }
 
+TEST_F(ParticlesTrajectory, PairsAreDescribedByCheckForEveryMethod) {
+  for (const char* method : {"impulses", "cvode"}) {
+    const std::string text = describe_scene(*build_scene(parse_case(
+        flight, "test.toml",
+        {"time.method=\"" + std::string(method) + "\"", "particles.0.friction=0.25",
+         "contact.pair=[{ between = [\"few\", \"floor\"], friction = 0.2, restitution = 0.9 }]"})));
+    EXPECT_NE(text.find(", friction 0.25\n"), std::string::npos) << text;
+    EXPECT_NE(text.find("  friction 0.2 of \"few\" and \"floor\", 1 pair of bodies\n"
+                        "  restitution 0.9 of \"few\" and \"floor\", 1 pair of bodies\n"),
+              std::string::npos)
+        << text;
+  }
+}
+
 // A ball on a sheet, with a channel that particles do not have.
 const std::string ball_on_sheet = R"case(
 [time]
