@@ -75,6 +75,7 @@ class ModeWriter {
   }
   static std::vector<std::vector<Vec3>> copies(const std::vector<std::span<const Vec3>>& views) {
     std::vector<std::vector<Vec3>> all;
+    all.reserve(views.size());
     for (const auto& each : views) all.emplace_back(each.begin(), each.end());
     return all;
   }

@@ -158,8 +158,8 @@ std::string to_text(const CrossingPlace& place) {
 // 0.5 s, sheet patch 0 row 1 col 2".
 std::string to_text(const FieldExtreme& extreme, const std::string& units,
                     const std::string& time_units) {
-  const std::string text = rounded_text(extreme.value) + after_number(units) + " at " +
-                           rounded_text(extreme.time) + after_number(time_units);
+  std::string text = rounded_text(extreme.value) + after_number(units) + " at " +
+                     rounded_text(extreme.time) + after_number(time_units);
   if (extreme.body.empty()) return text;
   return text + ", " + to_text(CrossingPlace{extreme.body, extreme.texel});
 }
@@ -175,8 +175,7 @@ std::string extremes_text(const std::string& heading, const auto& summary,
 }
 
 std::string to_text(const FieldSummary& field, const std::string& time_units) {
-  const std::string text =
-      extremes_text("field     " + printable(field.name) + ": ", field, time_units);
+  std::string text = extremes_text("field     " + printable(field.name) + ": ", field, time_units);
   if (field.not_finite == 0) return text;
   return text + "          values that are not finite: " + std::to_string(field.not_finite) + '\n';
 }
