@@ -54,7 +54,7 @@ std::vector<int> FreeTranslations::join_by_contact(int* count) const {
     return group;
   };
   const auto join = [&](const Contact::Coupling& coupling) {
-    // A translation changes the gap of a pair whose weights do not sum to zero, and turns spheres.
+    // Weights that do not sum to zero are those of a spin, which resists the friction of the pair.
     double sum = 0;
     for (const double weight : coupling.weights) sum += weight;
     bool holds = std::abs(sum) > 1e-9;
