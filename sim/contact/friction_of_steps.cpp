@@ -97,8 +97,9 @@ double Contact::follow_step(const LinearStep& step, const ContactPair& pair,
 double Contact::correct_friction(const LinearStep& step, std::span<Vec3> force) {
   std::vector<std::optional<double>> parts;  // by pair
   std::vector<double> limit_on_particle(force.size(), 0);
-  for (auto rest = surface_.pairs(); !rest.empty(); rest = rest.subspan(terms_of_sample(rest))) {
+  for (auto rest = surface_.pairs(); !rest.empty();) {
     const auto terms = rest.first(terms_of_sample(rest));
+    rest = rest.subspan(terms.size());
     const std::optional<double> part = limit_at_end(step, terms);
     for (const ContactPair& pair : terms) {
       parts.push_back(part);

@@ -47,7 +47,7 @@ class ConjugateGradients {
     // True if dv begins as a guess, false if it begins as zero.
     bool from_guess = false;
     // True if the solution ends with a translation of each free body that takes the momentum which
-    // the iterations left in the residual. Without effect if surfaces are in contact.
+    // the iterations left in the residual (FreeTranslations).
     bool keeps_momentum = false;
   };
 

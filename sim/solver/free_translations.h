@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/base/islands.h"
 #include "sim/solver/velocity_matrix.h"
 
 namespace weft::sim {
@@ -28,11 +29,12 @@ class FreeTranslations {
   bool correct(std::span<const Vec3> residual, std::span<Vec3> correction, std::span<Vec3> product);
 
  private:
-  std::vector<int> join_by_contact(int* count) const;
+  int find_groups();
 
   const VelocityMatrix& matrix_;
-  std::vector<int> group_;  // of each particle; -1: held
-  int group_count_ = 0;
+  int held_;        // number of particles, and the element of `bodies_` that stands for pins
+  Islands bodies_;  // of particles, by the pattern of A
+  std::vector<int> group_;                     // of each particle; -1: held
   std::array<std::vector<Vec3>, 3> products_;  // of A with translations along the axes
 };
 
